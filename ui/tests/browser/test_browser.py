@@ -150,14 +150,14 @@ def test_a_plot_moves(stage: Stage, screenshot: Keep):
     screenshot(stage.page, "plot")
 
 
-def test_a_second_user_is_told_why_not(stage: Stage):
+def test_a_second_user_is_refused_in_words(stage: Stage):
     with closing(stage.opened(stage.shown, token="wrong")) as page:  # noqa: S106  # a wrong one
         page.wait_for_selector(".banner.bad")
         assert "busflow ui" in page.locator(".banner.bad").first.inner_text()
         assert page.locator("[data-vertex]").count() == 0
 
 
-def test_a_killed_run_is_said_and_the_next_shown(stage: Stage, screenshot: Keep):
+def test_a_killed_run_gives_way_to_the_next(stage: Stage, screenshot: Keep):
     stage.view("Graph")
     stage.page.wait_for_selector('[data-vertex="node /odd"]')
     begun = time.perf_counter()
