@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from busflow_assistant.answer import Answer, AnswerScope, Citation, Reason
@@ -26,6 +26,10 @@ ELSEWHERE = "Not in your selection; the page says:"
 """What stands before an answer from outside the selection."""
 
 
+Reorder = Callable[[str, Sequence[Ranked]], list[Ranked]]
+"""What puts the units that may answer a question in another order."""
+
+
 @dataclass(frozen=True, slots=True)
 class Grounds:
     """The text that a question is asked about."""
@@ -33,6 +37,7 @@ class Grounds:
     index: SearchIndex
     selected: frozenset[int] | None = None
     """The numbers of the units that are selected; None without a selection."""
+    reorder: Reorder | None = None
 
     @property
     def scope(self) -> range:
@@ -43,8 +48,10 @@ class Grounds:
 class Engine:
     """Answers questions about pages from their text alone."""
 
-    def __init__(self, pages: Iterable[Page]) -> None:
+    def __init__(self, pages: Iterable[Page], reorder: Reorder | None = None) -> None:
+        """An engine of some pages; `reorder` may change the order of units, by their meaning for one."""
         known = tuple(pages)
+        self._reorder = reorder
         self._book = SearchIndex(known)
         self._by_page = {page.name: SearchIndex([page]) for page in known}
 
@@ -76,15 +83,15 @@ class Engine:
     def _grounds(self, selection: str, page: str) -> Grounds:
         if not selection:
             index = self._by_page.get(page, self._book)
-            return Grounds(index)
+            return Grounds(index, None, self._reorder)
         known = page in self._by_page
         for name in [page] if known else [] if page else self._by_page:
             index = self._by_page[name]
             chosen = locate(selection, index.pages[name].source, known=known)
             if chosen is not None:
-                return Grounds(index, _inside(index, chosen))
+                return Grounds(index, _inside(index, chosen), self._reorder)
         pasted = SearchIndex([read_text("", selection)])
-        return Grounds(pasted, frozenset(range(len(pasted.units))))
+        return Grounds(pasted, frozenset(range(len(pasted.units))), self._reorder)
 
 
 def _inside(index: SearchIndex, chosen: Extent) -> frozenset[int]:
@@ -97,12 +104,12 @@ def _answered(asked: AskedQuestion, grounds: Grounds) -> Answer:
     """The selection's answer, else the page's, said to be that, else a refusal."""
     matched = match(asked, grounds.index)
     if grounds.selected is not None:
-        ranked, citations = _cited(asked, matched, grounds.index, grounds.selected, selected=True)
+        ranked, citations = _cited(asked, matched, grounds, grounds.selected, selected=True)
         if citations:
             return Answer(_text(citations), citations, AnswerScope.SELECTION)
         if len(grounds.selected) == len(grounds.scope):
             return refusal(_reason(ranked), asked, grounds.index, grounds.scope, ranked)
-    ranked, citations = _cited(asked, matched, grounds.index, grounds.scope, selected=False)
+    ranked, citations = _cited(asked, matched, grounds, grounds.scope, selected=False)
     if not citations:
         return refusal(_reason(ranked), asked, grounds.index, grounds.scope, ranked)
     text = _text(citations)
@@ -112,13 +119,16 @@ def _answered(asked: AskedQuestion, grounds: Grounds) -> Answer:
 def _cited(
     asked: AskedQuestion,
     matched: Sequence[Matched],
-    index: SearchIndex,
+    grounds: Grounds,
     scope: range | frozenset[int],
     *,
     selected: bool,
 ) -> tuple[list[Ranked], tuple[Citation, ...]]:
     """The units of a scope, best first, and the citations of an answer if they have one."""
+    index = grounds.index
     ranked = rank(asked, matched, index, scope)
+    if grounds.reorder is not None:
+        ranked = grounds.reorder(asked.text, ranked)
     if all_names := names(asked, matched, index, scope):
         return ranked, tuple(cited(1.0, group) for group in all_names)
     if ranked and sufficient(asked, matched, ranked[0], selected=selected):

@@ -88,6 +88,16 @@ class AskText(ServiceType, package="busflow_assistant"):
         """How long it took, by the run's clock."""
 
 
+class AssistantState(Message, package="busflow_assistant"):
+    """What answers, on `assistant/state`: published at the start, and when the pages were read anew."""
+
+    pages: uint32 = 0
+    engine: str = ""
+    host: str = ""
+    """The host that questions are sent to; empty where nothing leaves the machine."""
+    model: str = ""
+
+
 class AnswerPart(Message, package="busflow_assistant"):
     """A part of an answer as it comes, on `assistant/tokens`."""
 

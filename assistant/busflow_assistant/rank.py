@@ -36,6 +36,8 @@ class Ranked:
     """The share of the question's weight that the unit and what stands around it have, up to 1."""
     own: float
     """The share that the unit has by itself."""
+    similarity: float | None = None
+    """How close its meaning is to the question's, up to 1, where a model says so."""
 
 
 def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int], most: int = 300) -> list[int]:

@@ -18,6 +18,8 @@ SELECTED = 0.3
 """The least support within a selection: the reader has pointed at it."""
 ELSEWHERE = 0.42
 """The least support on a page."""
+UNLIKE = 0.2
+"""The similarity below which a unit speaks of something else, whatever words it shares."""
 NEARBY = 0.3
 """The least support of a passage whose heading a refusal names."""
 UNASKED = 0.85
@@ -36,6 +38,8 @@ _SAID = {
 
 def sufficient(question: AskedQuestion, matched: Sequence[Matched], best: Ranked, *, selected: bool) -> bool:
     """Return whether the best unit says what was asked."""
+    if best.similarity is not None and best.similarity < UNLIKE:
+        return False
     if is_foreign(matched) or lacks(question, best.unit) is not None:
         return False
     if AnswerKind.DIFFERENCE in question.wanted and any(_is_topic(each) and not each.variants for each in matched):
