@@ -159,7 +159,7 @@ def test_push_out_of_range_is_refused(request_):
 @virtual_time
 async def test_random_pushes_do_not_depend_on_noise():
     async def pushed(**noise):
-        pushes = {"push_force": [50.0, 50.0], "push_every_s": [1.0, 2.0]}
+        pushes = {"push_force": [20.0, 60.0], "push_every_s": [0.2, 0.4]}
         async with harness(HumanoidSimulator(noise=noise, **pushes), seed=4) as lab:
             await lab.advance(2.5)
             return heights(lab)
