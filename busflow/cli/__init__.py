@@ -70,6 +70,7 @@ _OPTIONS = [
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the console script, and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    code: int = ExitCode.OK
     try:
         code = _answer(arguments)
         if sys.stdout:  # None where the shell closed it: `busflow … >&-`
@@ -80,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The interpreter flushes once more when it exits, and must not fail on the same error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         if isinstance(error, BrokenPipeError):
-            return ExitCode.OK  # the reader of our output has closed it: `busflow config … | head -1`
+            return code  # the reader of our output has closed it: `busflow config … | head -1`
         print_message(
             f"error: {error.strerror}{f': {error.filename}' if error.filename else ', on writing the output'}"
         )

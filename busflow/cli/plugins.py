@@ -75,7 +75,10 @@ def list_(folders: Sequence[Path], as_json: bool) -> int:
     if _unread(folders):
         return ExitCode.USAGE
     if nothing:
-        click.echo(f"no plugins in {', '.join(printable(folder) for folder in folders)}, and none installed", err=True)
+        click.echo(
+            f"no plugins in {', '.join(printable(folder) for folder in folders)}, and none installed but these",
+            err=True,
+        )
     return 0
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Generator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -110,10 +110,11 @@ class Run:
         outcome = self._group.run_report() if self._group else graph.report()
         lost = [(traced and traced.error, trace), (_written(outcome, report), report)]
         code = code or (ExitCode.FAILED if any(error for error, _ in lost) else ExitCode.OK)
-        print_summary(replace(outcome, exit_code=ExitCode(code)))
-        for error, path in lost:
-            if error is not None:
-                print_message(f"error: cannot write the whole of {path}: {error.strerror}")
+        with suppress(BrokenPipeError):  # `busflow run … | head -1`: the exit code stays that of the run
+            print_summary(replace(outcome, exit_code=ExitCode(code)))
+            for error, path in lost:
+                if error is not None:
+                    print_message(f"error: cannot write the whole of {path}: {error.strerror}")
         return code
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
@@ -167,16 +168,20 @@ class Run:
         try:
             run_graph(graph, for_s=for_s, loop_factory=loop_factory)
         except NodeFailed:
-            for failure in graph.failures:
-                print_message(f"error: {failure.render()}")
+            _print_errors(failure.render() for failure in graph.failures)
         except (IncompleteRecording, Stray) as error:
-            print_message(f"error: {error}")
+            _print_errors([str(error)])
         finally:
             if self._group:
                 self._group.finish()
-            for text in self._group.failures if self._group else ():
-                print_message(f"error: {text}")
+                _print_errors(self._group.failures)
         return graph.exit_code
+
+
+def _print_errors(texts: Iterable[str]) -> None:
+    with suppress(BrokenPipeError):
+        for text in texts:
+            print_message(f"error: {text}")
 
 
 def _record_spec(stated: RecordSpec | None, file: str | None, topics: Sequence[str]) -> RecordSpec | None:

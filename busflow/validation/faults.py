@@ -219,6 +219,9 @@ def _presence_fault(kind: str, path: KeyPath, model: type[BaseModel], noun: str)
     if kind == "extra_forbidden":
         known = parent.model_fields if isinstance(parent, type) and issubclass(parent, BaseModel) else None
         fix = None if known is None else did_you_mean(str(path[-1]), known, none=f"leave it out: there are no {noun}s")
+        outer, *inner = str(path[-1]).split(".")
+        if inner and at(model, (*path[:-1], outer, *inner))[0] is not None:
+            fix = f"write {outer}: {{{': {'.join(inner)}: …{'}' * len(inner)}"
         return Fault(path, f"unknown {noun} {dotted(path)}", fix, "unknown")
     allowed = choices(split(at(model, path)[0])[0])
     word = f"one of {', '.join(map(str, allowed))}" if allowed else type_word(at(model, path)[0])

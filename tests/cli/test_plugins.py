@@ -80,7 +80,7 @@ def test_empty_list_names_the_searched_folders(capsys: Captured, tmp_path: Path,
     monkeypatch.chdir(tmp_path / "empty")
     assert main(["plugins", "list"]) == 0
     output = capsys.readouterr()
-    assert output.err == "no plugins in plugins, and none installed\n"
+    assert output.err == "no plugins in plugins, and none installed but these\n"
     assert output.out.split()[0] == "player"
 
 

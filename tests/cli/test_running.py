@@ -17,6 +17,14 @@ pytestmark = pytest.mark.usefixtures("project")
 Captured = pytest.CaptureFixture[str]
 BUSFLOW = [sys.executable, "-m", "busflow"]
 SIM = ["--sim", "--for", "1s"]
+BAD = """
+from busflow import Node
+
+
+class Bad(Node):
+    async def start(self) -> None:
+        raise ValueError("no device")
+"""
 
 
 def topics(path):
@@ -134,3 +142,16 @@ def test_full_disk_ends_run_with_on_drop_fail(how: list[str]):
     assert "error: the recording run.mcap is incomplete: nothing more can be written to it" in done.stderr
     assert "INCOMPLETE" in done.stdout
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.e2e
+@pytest.mark.parametrize("merged", [False, True], ids=["output", "output and errors"])
+def test_closed_reader_leaves_the_runs_exit_code(tmp_path: Path, merged: bool):
+    (tmp_path / "bad.py").write_text(BAD)
+    (tmp_path / "bad.yaml").write_text("plugins: [.]\nnodes: {bad: {plugin: bad}}\n")
+    read, write = os.pipe()
+    os.close(read)
+    command = [*BUSFLOW, "run", "bad.yaml", "--for", "1s"]
+    with os.fdopen(write, "wb") as closed:
+        errors = closed if merged else subprocess.DEVNULL
+        assert subprocess.run(command, cwd=tmp_path, stdout=closed, stderr=errors, timeout=60).returncode == 1

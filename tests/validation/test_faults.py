@@ -67,6 +67,20 @@ def test_each_fault_has_the_path_of_the_data(data: dict[str, object], path: tupl
     assert [(each.path, each.message) for each in caught.value.faults] == [(path, message)]
 
 
+class Noise(Parameters):
+    imu: float = 0.0
+
+
+class Noisy(Parameters):
+    noise: Noise = Noise()
+
+
+def test_dotted_key_is_written_as_a_mapping():
+    with pytest.raises(InvalidParameter) as caught:
+        validate(Noisy, {"noise.imu": 0.3, "noise.ium": 0.3})
+    assert [each.fix for each in caught.value.faults] == ["write noise: {imu: …}", "did you mean 'noise'?"]
+
+
 def test_a_long_text_is_cut_in_an_error():
     assert len(shown("x" * 1000)) < 80
 

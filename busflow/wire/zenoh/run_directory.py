@@ -209,7 +209,8 @@ def find_run(name: str | None = None, environment: Mapping[str, str] = os.enviro
         if len(found) == 1:
             return found[0]
         raise NoSuchRun(
-            f"{len(found)} graphs are running; say which: --run {' | '.join(printable(run.name) for run in found)}"
+            f"{len(found)} graphs are running; say which: --run {' | '.join(printable(run.name) for run in found)}\n"
+            "  busflow ps shows each with its folder and process"
         )
     for run in found:
         if name in {run.name, str(run.directory)}:
