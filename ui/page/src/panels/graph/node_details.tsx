@@ -1,5 +1,6 @@
 /** Node details: its state, source, timers, ends and parameters, and the buttons that steer it. */
 import { useSignal } from "@preact/signals";
+import { Fragment, type ComponentChild } from "preact";
 import type { GraphNode, Timer } from "../../connection/answers";
 import type { Session } from "../../store/session";
 import { countText, rateText, secondsText } from "../../store/text";
@@ -54,9 +55,9 @@ export function NodeDetails({ session, state, node, onSelect }: DetailsProps & {
 }
 
 function Facts({ node }: { readonly node: GraphNode }) {
-  const rows: readonly (readonly [string, string | null])[] = [
+  const rows: readonly (readonly [string, ComponentChild])[] = [
     ["Plugin", node.plugin],
-    ["Source", node.source],
+    ["Source", node.source === null ? null : <span title={node.source}>{shortPath(node.source)}</span>],
     ["Process", node.process === null ? null : `${node.process}${node.pid === null ? "" : ` (${node.pid})`}`],
     ["Machine", node.machine],
     ["Depends on", node.depends_on.join(", ") || null],
@@ -65,14 +66,19 @@ function Facts({ node }: { readonly node: GraphNode }) {
     <dl class="facts">
       {rows.map(([name, value]) =>
         value === null ? null : (
-          <>
+          <Fragment key={name}>
             <dt>{name}</dt>
             <dd class="mono">{value}</dd>
-          </>
+          </Fragment>
         ),
       )}
     </dl>
   );
+}
+
+/** Returns a path without all but its last folder. */
+function shortPath(path: string): string {
+  return path.split("/").slice(-2).join("/");
 }
 
 /** Restart, stop or start, and the level of its log; what came of it is said below. */
@@ -134,38 +140,34 @@ function Steering({ session, node }: { readonly session: Session; readonly node:
 function Timers({ timers }: { readonly timers: readonly Timer[] }) {
   return (
     <Section title="Timers">
-      <table class="table">
+      <table class="table timers">
         <thead>
           <tr>
-            <th scope="col">every</th>
-            <th scope="col" class="number">
-              fired
-            </th>
-            <th scope="col" class="number">
-              missed
-            </th>
-            <th scope="col" class="number" title="Half of the ticks are later than this">
+            <th scope="col">fired</th>
+            <th scope="col">missed</th>
+            <th scope="col" title="Half of the ticks are later than this">
               late p50
             </th>
-            <th scope="col" class="number" title="One tick of a hundred is later than this">
-              p99
+            <th scope="col" title="One tick of a hundred is later than this">
+              late p99
             </th>
           </tr>
         </thead>
-        <tbody>
-          {timers.map((timer) => (
-            <tr key={timer.name}>
-              <td title={rateText(1 / timer.period_s)}>
-                <span class="mono small timer-name">{timer.name}</span>
-                {secondsText(timer.period_s)}
-              </td>
-              <td class="number">{countText(timer.fired)}</td>
-              <td class={`number ${timer.missed > 0 ? "bad" : ""}`}>{countText(timer.missed)}</td>
-              <td class="number">{latenessText(timer.lateness_p50_s)}</td>
-              <td class="number">{latenessText(timer.lateness_p99_s)}</td>
+        {timers.map((timer) => (
+          <tbody key={timer.name}>
+            <tr>
+              <th scope="rowgroup" colSpan={4} title={rateText(1 / timer.period_s)}>
+                <span class="mono">{timer.name}</span> each {secondsText(timer.period_s)}
+              </th>
             </tr>
-          ))}
-        </tbody>
+            <tr>
+              <td>{countText(timer.fired)}</td>
+              <td class={timer.missed > 0 ? "bad" : ""}>{countText(timer.missed)}</td>
+              <td>{latenessText(timer.lateness_p50_s)}</td>
+              <td>{latenessText(timer.lateness_p99_s)}</td>
+            </tr>
+          </tbody>
+        ))}
       </table>
     </Section>
   );

@@ -1,4 +1,5 @@
 /** Topic and service details: the ends of each, with what they count. */
+import { Fragment } from "preact";
 import type { GraphService, GraphTopic } from "../../connection/answers";
 import { deliverKey, publishKey } from "../../store/rates";
 import { countText, rateText } from "../../store/text";
@@ -22,12 +23,12 @@ export function TopicDetails({ session, state, topic, onSelect }: DetailsProps &
         <dt>Published</dt>
         <dd>{countText(topic.published)}</dd>
         {losses.map(([reason, count]) => (
-          <>
+          <Fragment key={reason}>
             <dt class="bad">Lost</dt>
             <dd class="bad">
               {countText(count)} {reason.replaceAll("_", " ")}
             </dd>
-          </>
+          </Fragment>
         ))}
       </dl>
       <Section title="Publishers">
