@@ -8,7 +8,7 @@ import { dashOf, paletteOf, strokeOf, type Palette } from "./palette";
 import { DISTANCES_S, numberText, tickText } from "./ticks";
 import type { Stretch } from "./timeline";
 
-const LINE_WIDTH = 1.25;
+const LINE_WIDTH = 1;
 const DOT_RADIUS = 2.2;
 const DOT_DISTANCE = 10; // pixels between points from which each is marked
 const AXIS_HEIGHT = 30;
