@@ -15,6 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from websockets.exceptions import ConnectionClosed
+from websockets.protocol import State
 
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceUnavailable
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 _DEPTH = 1000
 _MOST_BYTES = 16 * 1024 * 1024
 """Most waiting bytes of one topic: some frames of a camera, or a second of small, fast messages."""
+_SMALL = 4096
+"""Size up to which messages of several topics are sent with one write."""
 _MOST_ANSWERS = 4096
 _MOST_ANSWER_BYTES = 64 * 1024 * 1024
 """Most other waiting bytes: a viewer that requests more without reading is disconnected."""
@@ -92,6 +95,8 @@ class Viewer:
         self._answer_bytes = 0
         self._calls: set[asyncio.Task[None]] = set()
         self._wake = asyncio.Event()
+        self._is_woken = False
+        """Whether a message has woken it that it has not looked for yet."""
         self._now_ns: int | None = None
         self._dropped_before = self._reported_dropped = self._reported_ns = 0
         self._clock = SystemClock()
@@ -176,14 +181,17 @@ class Viewer:
     async def _send(self) -> None:
         with suppress(ConnectionClosed):
             while True:
-                await self._wake.wait()
                 self._wake.clear()
+                self._is_woken = False
                 await self._send_answers()
-                more = True
+                found = more = await self._send_messages()
                 while more:
-                    more = await self._send_messages()
                     await asyncio.sleep(0)  # who reads at once makes nobody wait, not even the others
-                await self._clock.sleep(_GATHER_S)
+                    more = await self._send_messages()
+                if found:
+                    await self._clock.sleep(_GATHER_S)
+                else:
+                    await self._wake.wait()
 
     async def _send_answers(self) -> None:
         while self._answers:
@@ -197,17 +205,35 @@ class Viewer:
     async def _send_messages(self) -> bool:
         """Send the oldest message of each topic; return whether there was any."""
         found = False
+        small: list[bytes] = []
         for each in list(self._subscriptions.values()):
             received = each.listener.get(0)
-            if received is not None and each.id in self._subscriptions:
-                found = True
-                if received.payload in each.kept:
-                    continue
-                stamp_ns = max(0, received.stamp_ns)
-                await self._connection.send(protocol.message_data(each.id, stamp_ns, received.payload))
+            if received is None or each.id not in self._subscriptions:
+                continue
+            found = True
+            if received.payload in each.kept:
+                continue
+            frame = protocol.message_data(each.id, max(0, received.stamp_ns), received.payload)
+            if len(frame) <= _SMALL:
+                small.append(frame)
+            else:
+                await self._connection.send(frame)
                 await self._send_answers()
+        await self._send_together(small)
+        await self._send_answers()
         self.report_dropped()
         return found
+
+    async def _send_together(self, frames: Sequence[bytes]) -> None:
+        """Send small messages with two writes: each write costs more than all else that is done for a message."""
+        socket = self._connection
+        if len(frames) > 2 and socket.protocol.state is State.OPEN:
+            for frame in frames[:-1]:
+                socket.protocol.send_binary(frame)
+            socket.transport.write(b"".join(socket.protocol.data_to_send()))
+            frames = frames[-1:]
+        for frame in frames:
+            await socket.send(frame)  # waits until the client has read enough
 
     def report_dropped(self) -> None:
         """Send the number of dropped messages if it has grown."""
@@ -364,6 +390,9 @@ class Viewer:
         subscription.ending.close()
 
     def _call_to_send(self) -> None:
-        """Wake the viewer when a message arrives; called in Zenoh's thread."""
+        """Wake the viewer when a message arrives; called in Zenoh's thread. One wake is enough until it has looked."""
+        if self._is_woken:
+            return
+        self._is_woken = True
         with suppress(RuntimeError):  # the loop has ended, and with it everybody to whom it could be sent
             self._loop.call_soon_threadsafe(self._wake.set)
