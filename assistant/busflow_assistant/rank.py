@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from busflow_assistant.answer_kinds import AnswerKind
 from busflow_assistant.evidence import fitness
@@ -57,35 +57,48 @@ def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Iterable[i
 
 def rank(question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int]) -> list[Ranked]:
     """Return the units of a scope that may answer a question, the best first."""
+    asked = set(question.heads)
+    weights = [each.weight * (ASKED if asked & set(each.term.stems) else 1.0) for each in matched]
+    joined = _joined(matched, index)
     numbers = candidates(matched, index, scope)
-    found = [_ranked(question, matched, index, index.units[number]) for number in numbers]
+    found = [
+        _ranked(question, matched, weights, joined, unit=index.units[number], mean=index.mean_length)
+        for number in numbers
+    ]
     return sorted(found, key=lambda each: (-each.score, each.unit.number))
 
 
-def _weight(each: Matched, question: AskedQuestion) -> float:
-    return each.weight * (ASKED if set(question.heads) & set(each.term.stems) else 1.0)
-
-
-def _ranked(question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, unit: Citable) -> Ranked:
-    norm = 1 - B + B * unit.length / max(1.0, index.mean_length)
+def _ranked(
+    question: AskedQuestion,
+    matched: Sequence[Matched],
+    weights: Sequence[float],
+    joined: frozenset[str],
+    *,
+    unit: Citable,
+    mean: float,
+) -> Ranked:
+    norm = 1 - B + B * unit.length / max(1.0, mean)
     score = own_share = support = 0.0
-    total = sum(_weight(each, question) for each in matched) or 1.0
-    for each in matched:
-        weight = _weight(each, question)
+    for each, weight in zip(matched, weights, strict=True):
         own, near, above = each.best(unit.own), each.best(unit.near), each.best(unit.above)
         frequency = own / norm + NEAR * near + ABOVE * above
         score += weight * frequency * (K1 + 1) / (K1 + frequency)
         own_share += weight * own
         support += weight * max(own, 0.85 * near, 0.7 * above)
-    score = score / total + FORM * fitness(question, unit) + TOGETHER * _together(matched, unit)
+    total = sum(weights) or 1.0
+    together = 0.0 if joined.isdisjoint(unit.own) else TOGETHER
+    score = score / total + FORM * fitness(question, unit) + together
     if unit.passage.shape is PassageShape.CODE and AnswerKind.METHOD not in question.wanted:
         score -= CODE
     return Ranked(unit, score, support / total, own_share / total)
 
 
-def _together(matched: Sequence[Matched], unit: Citable) -> float:
-    """1 if two terms that follow each other in the question are one name in the unit: `sensor processor`."""
-    for one, two in itertools.pairwise(matched):
-        if any(f"{a}_{b}" in unit.own for a in (one.term.word, *one.variants) for b in (two.term.word, *two.variants)):
-            return 1.0
-    return 0.0
+def _joined(matched: Sequence[Matched], index: SearchIndex) -> frozenset[str]:
+    """The identifiers that two words in a row of the question make: `sensor_processor` of "sensor processor"."""
+    return frozenset(
+        name
+        for one, two in pairwise(matched)
+        for first in (one.term.word, *one.variants)
+        for second in (two.term.word, *two.variants)
+        if (name := f"{first}_{second}") in index.postings
+    )

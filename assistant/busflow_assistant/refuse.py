@@ -18,8 +18,10 @@ SELECTED = 0.3
 """The least support within a selection: the reader has pointed at it."""
 ELSEWHERE = 0.42
 """The least support on a page."""
-UNLIKE = 0.2
-"""The similarity below which a unit speaks of something else, whatever words it shares."""
+UNLIKE = 0.3
+"""The similarity below which a unit speaks of something else, where its words leave room for doubt."""
+UNSURE = 0.6
+"""The support below which they do."""
 NEARBY = 0.3
 """The least support of a passage whose heading a refusal names."""
 UNASKED = 0.85
@@ -38,7 +40,7 @@ _SAID = {
 
 def sufficient(question: AskedQuestion, matched: Sequence[Matched], best: Ranked, *, selected: bool) -> bool:
     """Return whether the best unit says what was asked."""
-    if best.similarity is not None and best.similarity < UNLIKE:
+    if best.similarity is not None and best.similarity < UNLIKE and best.support < UNSURE:
         return False
     if is_foreign(matched) or lacks(question, best.unit) is not None:
         return False

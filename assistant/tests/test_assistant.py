@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-from busflow.testing import harness, virtual_time
+from busflow.recording.bag import Bag
+from busflow.testing import harness, replay, virtual_time
 from busflow_assistant.assistant import Assistant
 from busflow_assistant.messages import AnswerPart, AskText, Exchange
 from busflow_assistant.page_index import PageIndex
@@ -111,3 +112,50 @@ async def test_textbook_answers_beside_the_running_lab():
 def test_textbook_has_no_problem(capsys: pytest.CaptureFixture[str]):
     assert main(["check", str(TEXTBOOK), "--strict"]) == 0
     assert capsys.readouterr().out == "no problems\n"
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of two questions with their answers."""
+    path = tmp_path_factory.mktemp("recording") / "asked.mcap"
+
+    @virtual_time
+    async def asked() -> None:
+        record = {"to": str(path)}
+        async with harness(*nodes(keep_questions=True), record=record) as lab:
+            await lab.advance(1)
+            for question in (QUESTION, "Which GPU does the lab need?"):
+                await lab.call(AskText, "assistant/ask", AskText.Request(question=question, page="lab1.md"))
+                await lab.advance(1)
+
+    asked()
+    return path
+
+
+def test_replay_of_the_same_assistant_is_the_same(recording: Path):
+    replayed = replay(str(recording), Assistant)
+    replayed.assert_same()
+    assert [each.question for each in replayed.outputs["/assistant/log"]] == [QUESTION, "Which GPU does the lab need?"]
+
+
+def test_replay_shows_an_answer_that_changed(recording: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("busflow_assistant.refuse.ELSEWHERE", 2.0)
+    replayed = replay(str(recording), Assistant)
+    assert not replayed.same
+    assert "/assistant/log" in str(replayed.differences)
+
+
+def test_recording_without_the_assistant_has_no_question(tmp_path: Path):
+    path = tmp_path / "quiet.mcap"
+
+    @virtual_time
+    async def asked() -> None:
+        record = {"to": str(path), "exclude": ["/assistant/**"]}
+        async with harness(*nodes(keep_questions=True), record=record) as lab:
+            await lab.advance(1)
+            await lab.call(AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"))
+
+    asked()
+    with Bag(str(path)) as bag:
+        assert [channel.topic for channel in bag.channels if "assistant/" in channel.topic] == []
+        assert QUESTION.encode() not in b"".join(bytes(entry.payload) for entry in bag.entries())
