@@ -34,7 +34,7 @@ async def bubus(sources: Sequence[str], handlers: Sequence[tuple[str, Handler]])
 
 
 def _named(handler: Handler, name: str) -> Handler:
-    """A handler with a name of its own, by which the bus tells them apart."""
+    """A handler with a name of its own, by which the bus keeps them apart."""
 
     async def take_async(event: Any) -> None:
         await handler(event)

@@ -79,6 +79,6 @@ def refuse_coroutine(result: object, origin: str) -> None:
     """
     if iscoroutine(result):
         result.close()
-        raise InvalidDeclaration(f"{origin} returned a coroutine, which nobody awaits; make it an async def handler")
+        raise InvalidDeclaration(f"{origin} returned a coroutine, which is not awaited; make it an async def handler")
     if isgenerator(result) or isasyncgen(result):
         raise InvalidDeclaration(f"{origin} returned a generator, of which nothing has run; a handler has no yield")

@@ -120,7 +120,7 @@ def set_log_level(peer: Peer, node: str, level: str) -> tuple[str, str | None]:
     name = peer.graph().node(node).name
     service = f"{name}/set_logger_levels"
     if service not in peer.graph().services:
-        raise NoSuchTarget(f"{printable(name)} has no service {printable(service)}: it lets nobody set its log level")
+        raise NoSuchTarget(f"{printable(name)} has no service {printable(service)} to set its log level")
     logger = name.removeprefix("/").replace("/", ".")
     request = {"levels": [{"name": logger, "level": LEVELS[level]}]}
     (result,) = peer.call(peer.service(service), request, timeout_s=_ANSWER_S)["results"]

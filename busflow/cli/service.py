@@ -214,7 +214,7 @@ def _asked(peer: Peer, name: str, type_name: str) -> TopicView:
     found = peer.graph().service(name)
     _require_type(found, type_name)
     if not found.publishers:
-        raise ServiceUnavailable(f"nobody answers {found.name}: it has clients only")
+        raise ServiceUnavailable(f"{found.name} has clients only, no server")
     return found
 
 

@@ -23,7 +23,7 @@ class NodeLifetime:
     log: FilteringBoundLogger
     """The run's log, bound to the node; there from its declaration on."""
     dispatcher: Dispatcher
-    """The dispatcher that calls its handlers and delivers its messages at once; set once it is connected."""
+    """The dispatcher that calls its handlers and delivers at once what it publishes; set once it is connected."""
 
     def __init__(self, kind: str, name: str, close: Callable[[], None]) -> None:
         """Create the lifetime of a node of this class and name; `close` is called when it fails, to deliver no more."""

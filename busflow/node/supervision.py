@@ -42,7 +42,7 @@ class Condition(StrEnum):
 
 
 class OnExit(StrEnum):
-    """The effect of a node's end on the others. A failure without a restart ends the run anyway."""
+    """The effect of a node's end on the others. A failure that no restart follows ends the run anyway."""
 
     IGNORE = "ignore"
     SHUTDOWN = "shutdown"

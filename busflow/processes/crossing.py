@@ -32,7 +32,7 @@ def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
         for other in member.supervision.depends_on:
             if where.get(other, where[member.runtime.full_name]) != where[member.runtime.full_name]:
                 text = f"{member.runtime.full_name} depends on {other}, which is in another process"
-                fix = "put both into one process, or leave it out: no process starts before all can hear each other"
+                fix = "put both into one process, or leave it out: no process starts before all are linked"
                 yield _problem(member, "cannot-depend", text, fix)
         for received in member.subscriptions:
             if received.qos.overflow is Overflow.BLOCK:

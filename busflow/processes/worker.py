@@ -134,7 +134,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
         plan.members = assignment.memory.restored(plan, graph.log)
         graph.held = frozenset(assignment.memory.stopped)
     report_changes(graph.bus, lambda changes: writer.send(parameters=changes))
-    plan.problems.clear()  # whatever is said of a whole graph is not meant for a part, and was told by the main process
+    plan.problems.clear()  # problems of a whole graph are not those of a part, and the main process has shown them
     return graph
 
 

@@ -259,7 +259,7 @@ class WorkerProcess:
         self._is_out_of_sight = not there
         if there:
             if self.state is MemberState.HANGS:
-                self._log.warning(f"the process {self.name} is heard of again")
+                self._log.warning(f"the process {self.name} answers again")
             self.state = MemberState.RUNNING
             if self._running_since_s is None:  # else it was out of sight for a moment, and this is the same life
                 self._running_since_s = self._owner.seconds()

@@ -62,7 +62,7 @@ class _Failed:
     @property
     def origin(self) -> str:
         """Describe what failed, for people."""
-        return f"task {self.name} that nobody awaited: use self.spawn(…)"
+        return f"task {self.name} that was not awaited: use self.spawn(…)"
 
 
 class OrphanTasks:
@@ -137,7 +137,7 @@ class OrphanTasks:
             self._failed.pop(id(failed.error), None)
         elif failed.life is not None:
             at = {"at": str(place)} if (place := user_line(failed.error)) else {}
-            text = "a task that the node made has failed, and nobody has awaited it: use self.spawn(…)"
+            text = "a task that the node made has failed without being awaited: use self.spawn(…)"
             failed.life.log.warning(text, task=failed.name, error=reason(failed.error), **at)
 
     def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -252,7 +252,7 @@ class Harness:
         """Publish a message from outside on a topic with a subscription; `advertise` a topic without one.
 
         Raises:
-            NotSeen: Nobody has received the topic so far: a test would wait in vain for what comes of it.
+            NotSeen: No node has received the topic so far: a test would wait in vain for what comes of it.
         """
         if self.graph.units:
             self._refuse_unheard(topic, message)
@@ -347,9 +347,7 @@ class Harness:
         topic = checked_name(topic, "lab, in a call with a topic and then its type,", "topic")
         name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
         if name not in topics:
-            raise NotSeen(
-                f"nobody publishes or receives {name}; {did_you_mean(name, topics, none='the graph has no topics')}"
-            )
+            raise NotSeen(f"{name} has no endpoint; {did_you_mean(name, topics, none='the graph has no topics')}")
         if message_type is not None and topics[name].type is not message_type:
             raise IncompatibleType(f"{name} carries {type_name(topics[name].type)}, not {type_name(message_type)}")
         return name
@@ -375,7 +373,7 @@ class Harness:
 
     def _why_nothing_came(self, name: str, timeout: float) -> str:
         topic = self.graph.bus.topics[name]
-        publishers = ", ".join(f"{each.endpoint.node} ({each.published})" for each in topic.publishers) or "nobody"
+        publishers = ", ".join(f"{each.endpoint.node} ({each.published})" for each in topic.publishers) or "no node"
         lines = [f"nothing new on {name} within {timeout:g} virtual s; published by {publishers}"]
         lines += [f"failed: {failure.node} {failure.summary}" for failure in self.graph.failures]
         lines += [*str(self.ledger).splitlines(), *waiting(self._loop)]
@@ -401,7 +399,7 @@ def harness(
         keep: How many messages of each topic are kept, the newest. Unless it is given, 10,000 are kept, and `received`
             and `wait_for` raise where older ones are asked for.
         log_level: From where on `Harness.log` keeps lines, the newest 10,000.
-        record: As `busflow.launch` takes it, but that a test records only if it is told to.
+        record: As `busflow.launch` takes it, but a test records only if this says so.
     """
     return Harness(
         *what,

@@ -75,7 +75,7 @@ def test_json_holds_every_problem(capsys: Captured):
 def test_strict_makes_an_unpublished_topic_an_error(capsys: Captured):
     replace("plugin: listener", "plugin: listener\n    remap: {numbers: other}")
     assert main(["check", "talk.yaml"]) == 0
-    assert "nobody publishes" in capsys.readouterr().out
+    assert "which has no publisher" in capsys.readouterr().out
     assert main(["check", "talk.yaml", "--strict"]) == 3
     assert main(["run", "talk.yaml", "--strict"]) == 2
 
@@ -85,7 +85,7 @@ def test_unreceived_topic_is_listed_with_verbose(capsys: Captured):
     assert main(["check", "talk.yaml"]) == 0
     assert capsys.readouterr().out == "no problems\n"
     assert main(["check", "talk.yaml", "-v"]) == 0
-    assert "which nobody receives" in capsys.readouterr().out
+    assert "which has no subscription" in capsys.readouterr().out
 
 
 def test_a_missing_file_is_a_problem_too(capsys: Captured):
@@ -107,9 +107,9 @@ def test_graph_shows_unmatched_topics(capsys: Captured):
     assert main(["graph", "talk.yaml"]) == 0
     assert capsys.readouterr().out.splitlines() == [
         "/talker  (talker)",
-        "  /numbers  std_msgs/msg/Float64  →  nobody",
+        "  /numbers  std_msgs/msg/Float64  →  no node",
         "/listener  (listener)",
-        "nobody",
+        "no node",
         "  /other  std_msgs/msg/Float64  →  /listener",
     ]
 
@@ -160,7 +160,7 @@ def test_graph_shows_services_with_their_clients(capsys: Captured):
         "/talker  (talker)",
         "  /talker/reset  std_srvs/srv/Trigger  ←  /listener",
         "/listener  (listener)",
-        "nobody",
+        "no node",
         "  /nowhere  std_srvs/srv/Trigger  ←  /talker",
     ]
     assert main(["graph", "talk.yaml", "--format", "mermaid"]) == 0
@@ -255,7 +255,7 @@ def test_broken_node_causes_no_further_problems(capsys: Captured):
     assert main(["check", "talk.yaml", "--strict"]) == 3
     out = capsys.readouterr().out
     assert "nothing_like_this" in out
-    assert "nobody publishes" not in out
+    assert "has no publisher" not in out
     assert out.endswith("1 error\n")
 
 

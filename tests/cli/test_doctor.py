@@ -122,10 +122,10 @@ def test_failing_calls_and_missing_servers_are_found(project: Path, start_run: C
     assert re.search(r"^hand +1 node, 1 topic, system clock, ", out, re.MULTILINE)
     assert out.endswith(
         "\nhand:\n"
-        "warning: /gripper calls /camera/take, which nobody answers\n"
+        "warning: /gripper calls /camera/take, which has no server\n"
         "  known: /gripper/grip\n"
         "warning: 1 of 1 call of /gripper/grip failed in /gripper\n"
-        "  fix: busflow log --level error tells why\n"
+        "  fix: busflow log --level error shows why\n"
         "\n2 findings\n"
     )
 

@@ -17,8 +17,8 @@ def test_without_a_file_the_running_graph_is_drawn(capsys: Captured):
         "  /imu/data      sensor_msgs/msg/Imu         →  /processor",
         "  /joint_states  sensor_msgs/msg/JointState  →  /processor",
         "/processor  (processor)",
-        "  /balance_state    std_msgs/msg/Float64  →  nobody",
-        "  /stability_index  std_msgs/msg/Float64  →  nobody",
+        "  /balance_state    std_msgs/msg/Float64  →  no node",
+        "  /stability_index  std_msgs/msg/Float64  →  no node",
     ]
     assert main(["graph", "--format", "mermaid"]) == 0
     assert "  n0 --> t1" in capsys.readouterr().out

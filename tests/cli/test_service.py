@@ -157,7 +157,7 @@ def test_response_is_shown_and_escaped(capsys: Captured):
         ("call lamp/never std_srvs/Trigger --timeout 200ms", 1, "did not answer within 0.2 s"),
         ("call lamp/never std_srvs/Trigger --timeout soon", 2, "--timeout"),
         ("call lamp/never std_srvs/Trigger --timeout 0", 2, "--timeout"),
-        ("call nobody std_srvs/Trigger", 1, "nobody answers /nobody"),
+        ("call nobody std_srvs/Trigger", 1, "/nobody has clients only, no server"),
         ("call lamp/swich std_srvs/SetBool", 4, "did you mean '/lamp/switch'?"),
         ("call lamp/switch std_srvs/Trigger", 2, "has the type std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
         ("call lamp/switch std_srvs/SetBool {dat:\\ true}", 2, "did you mean 'data'?"),

@@ -248,7 +248,7 @@ def test_a_viewer_looks_and_changes_nothing(start: Callable, two: str, tmp_path:
 def unnamed_certificate_sees_nothing(folder: Path):
     told = (folder / "run.yaml").read_text()
     (folder / "not_named.yaml").write_text(told.replace("viewer: read", "stranger: all"))
-    assert "admits nobody called" in ask(folder, "topic", "list", "--run", f"stranger@{folder}/run.yaml", expect=4)
+    assert "admits no one called" in ask(folder, "topic", "list", "--run", f"stranger@{folder}/run.yaml", expect=4)
     assert "does not answer" in ask(folder, "topic", "list", "--run", f"stranger@{folder}/not_named.yaml", expect=1)
 
 

@@ -103,7 +103,7 @@ async def test_hung_process_without_restart_is_only_logged(running):
     assert (member.state, member.child.killed) == (MemberState.HANGS, False)
     member.on_presence(there=True)
     assert member.state is MemberState.RUNNING
-    assert lines[-1].event == "the process left is heard of again"
+    assert lines[-1].event == "the process left answers again"
 
 
 RUNNING, STARTING = ({"nodes": [{"name": "/a", "state": state}]} for state in ("running", "starting"))
@@ -132,7 +132,7 @@ async def test_a_loop_that_turns_again_runs(running):
     member.on_message({"report": RUNNING})
     await asyncio.sleep(0.5)
     assert member.state is MemberState.RUNNING
-    assert lines[-1].event == "the process left is heard of again"
+    assert lines[-1].event == "the process left answers again"
 
 
 @pytest.mark.parametrize("message", [{"report": STARTING}, {"report": RUNNING, "debugged": True}])

@@ -104,7 +104,7 @@ async def test_unreferenced_failed_task_fails_its_node_at_once():
     with pytest.raises(NodeFailed) as failed:
         await seconds(Forgetful, of=0.2)
     output = str(failed.value)
-    assert "node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in output
+    assert "node /forgetful failed in Forgetful (task work that was not awaited: use self.spawn(…))" in output
     assert f"at {Path(__file__).name}" in re.sub(r"at [\w/]+/", "at ", output)
     assert 'raise ValueError("the cable is loose")' in output
 
@@ -114,7 +114,7 @@ async def test_referenced_failed_task_warns_then_fails_node():
     async with harness(Holding, expect_failure=Holding) as lab:
         await lab.advance(0.4)
         assert [(line.level, line.values["task"]) for line in lab.log] == [("warning", "work")]
-        assert "nobody has awaited it: use self.spawn(…)" in lab.log[0].event
+        assert "failed without being awaited: use self.spawn(…)" in lab.log[0].event
         assert "the cable is loose" in lab.log[0].values["error"]
     assert lab.graph.exit_code is ExitCode.FAILED
 
@@ -232,7 +232,7 @@ def test_a_run_ends_with_the_failure(capsys, event_loop):
         pytest.importorskip("uvloop")
     assert busflow.run(Forgetful, inspect=False, event_loop=event_loop) is ExitCode.FAILED
     output = capsys.readouterr().err
-    assert "error: node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in output
+    assert "error: node /forgetful failed in Forgetful (task work that was not awaited: use self.spawn(…))" in output
     assert "Traceback" not in output
 
 

@@ -215,7 +215,7 @@ async def test_failed_wait_lists_publishers_and_waiting_tasks():
 @virtual_time
 async def test_unknown_topic_is_reported_with_the_nearest_name():
     async with harness(Counter) as lab:
-        with pytest.raises(NotSeen, match="nobody publishes or receives /number; did you mean '/numbers'"):
+        with pytest.raises(NotSeen, match="/number has no endpoint; did you mean '/numbers'"):
             lab.received("number")
         with pytest.raises(IncompatibleType, match="/numbers carries std_msgs/msg/Int64, not std_msgs/msg/Float64"):
             await lab.wait_for("numbers", Float64)

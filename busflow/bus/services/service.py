@@ -124,7 +124,7 @@ class Service(DeliverySource, Generic[Req, Res]):
             return None
 
         def expire() -> None:
-            server = self.server.node if self.server else "nobody"
+            server = self.server.node if self.server else "gone"
             call.fail(ServiceTimeout(f"{self.name} did not answer within {timeout_s:g} s (its server is {server})"))
 
         return self._clock.call_at(self._clock.monotonic_ns() + round(timeout_s * NS_PER_S), expire)
@@ -134,12 +134,10 @@ class Service(DeliverySource, Generic[Req, Res]):
 
     def _unavailable(self) -> ServiceUnavailable:
         if self._gone_servers:
-            return ServiceUnavailable(
-                f"nobody answers {self.name} any more: {next(iter(self._gone_servers))} has ended"
-            )
+            return ServiceUnavailable(f"{self.name} has no server any more: {next(iter(self._gone_servers))} has ended")
         served = [each.name for each in self._known.values() if each.server is not None]
         advice = did_you_mean(self.name, served, none="start a node that answers it")
-        return ServiceUnavailable(f"nobody answers {self.name}; {advice}")
+        return ServiceUnavailable(f"{self.name} has no server; {advice}")
 
     async def wait_for_server(self, timeout_s: float | None) -> None:
         """Wait until the service has a server.

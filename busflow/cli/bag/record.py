@@ -168,7 +168,7 @@ def _print_result(recorder: RemoteRecorder, *, as_json: bool) -> None:
         return
     if not recorder.published and recorder.complete:
         topics = counted(len(recorder.topics), "topic")
-        why = f"nobody published anything on {topics}" if recorder.topics else "there was no topic to record"
+        why = f"nothing was published on {topics}" if recorder.topics else "there was no topic to record"
         print_message(f"{printable(recorder.path)}: nothing was recorded: {why}", error_stream=False)
         return
     state = "complete" if recorder.complete else f"INCOMPLETE, {recorder.missed} missed"

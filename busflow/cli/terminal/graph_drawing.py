@@ -82,16 +82,16 @@ class Drawing:
             yield from table_lines([(node, f"({printable(plugin)})")], width=width)
             yield from self._text_of(node, width)
         left = list(self._text_of(None, width))
-        yield from ("nobody", *left) if left else ()
+        yield from ("no node", *left) if left else ()
 
     def _text_of(self, node: str | None, width: int | None) -> Iterator[str]:
         rows = [
-            (name, topic.type, "→", ", ".join(topic.sinks) or "nobody")
+            (name, topic.type, "→", ", ".join(topic.sinks) or "no node")
             for name, topic in self._topics.items()
             if (node in topic.sources if node else not topic.sources)
         ]
         rows += [
-            (name, service.type, "←", ", ".join(service.sources) or "nobody")
+            (name, service.type, "←", ", ".join(service.sources) or "no node")
             for name, service in self._services.items()
             if (node in service.sinks if node else not service.sinks)
         ]

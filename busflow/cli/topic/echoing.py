@@ -204,4 +204,4 @@ def warn_if_unpublished(graph: GraphView, topic: TopicView) -> None:
         return
     published = [each.name for each in graph.topics.values() if each.publishers and not each.hidden]
     advice = did_you_mean(topic.name, published, none="no topic is published so far")
-    print_message(f"warning: nobody publishes {printable(topic.name)}; {advice}; waiting")
+    print_message(f"warning: {printable(topic.name)} has no publisher; {advice}; waiting")

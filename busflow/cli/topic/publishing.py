@@ -183,4 +183,4 @@ class Publishing:
     def _warn_unreceived(self, graph: GraphView) -> None:
         received = [each.name for each in graph.topics.values() if each.subscriptions and not each.hidden]
         advice = did_you_mean(self._topic, received, none="no topic is received so far")
-        print_message(f"warning: nobody receives {printable(self._topic)}; {advice}")
+        print_message(f"warning: {printable(self._topic)} has no subscription; {advice}")

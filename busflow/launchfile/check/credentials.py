@@ -110,7 +110,7 @@ def credential_faults(
         return
     owner = common_name(certificate)
     if owner != name:
-        text = f"the certificate {cert.path} is that of {owner or 'nobody'}, and this is {name}"
+        text = f"the certificate {cert.path} is that of {owner or 'no machine'}, and this is {name}"
         yield problem_at("other-certificate", text, f"busflow certs add {name} {cert.path.parent}{_THERE}", cert.origin)
     yield from _about_hosts(name, credentials, hosts, cert)
     left_days = (ssl.cert_time_to_seconds(str(certificate["notAfter"])) - now.nanoseconds / 1e9) / _SECONDS_PER_DAY

@@ -101,13 +101,13 @@ def _unmatched_topics(members: Sequence[PlannedNode], external: Collection[str],
                 fixes = [near, outside if member.spec is not None else None]
                 yield member.problem(
                     "nobody-publishes",
-                    f"{endpoint.origin} of {endpoint.node} receives {endpoint.topic}, which nobody publishes",
+                    f"{endpoint.origin} of {endpoint.node} receives {endpoint.topic}, which has no publisher",
                     "; ".join(filter(None, fixes)) or None,
                     Severity.ERROR if strict else Severity.WARNING,
                 )
         for endpoint in member.publishers:
             if endpoint.topic not in received and endpoint.topic not in external:
-                text = f"{endpoint.origin} of {endpoint.node} publishes {endpoint.topic}, which nobody receives"
+                text = f"{endpoint.origin} of {endpoint.node} publishes {endpoint.topic}, which has no subscription"
                 yield member.problem("nobody-receives", text, None, Severity.INFO)
 
 
@@ -117,7 +117,7 @@ def _unanswered_calls(members: Sequence[PlannedNode], *, strict: bool) -> Iterat
     for member in members:
         for endpoint in member.clients:
             if endpoint.service not in served:
-                text = f"{endpoint.origin} of {endpoint.node} calls {endpoint.service}, which nobody answers"
+                text = f"{endpoint.origin} of {endpoint.node} calls {endpoint.service}, which has no server"
                 severity = Severity.ERROR if strict else Severity.WARNING
                 advised -= 1
                 fix = did_you_mean(endpoint.service, served, none=_NO_SERVER) if advised >= 0 else None

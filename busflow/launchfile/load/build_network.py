@@ -70,7 +70,7 @@ class _Builder:
                 text = f"{connect.host} is a name: it does not say on which addresses {name} is to listen"
                 self._report("no-endpoint", text, fix, connect.origin)
         if connect is not None and connect.is_everywhere:
-            text = f"{connect} stands for all addresses of a machine: nobody can connect to it"
+            text = f"{connect} stands for all addresses of a machine: no machine can connect to it"
             self._report("bad-endpoint", text, f"write it below listen, and here the address of {name}", connect.origin)
             connect = None
         origin = key_origin(value) if value is not None else key_origin(self._tree)
@@ -102,7 +102,7 @@ class _Builder:
         for machine in network.machines.values():
             if machine.connect is None and main.connect is None and machine is not main:
                 fix = f"add connect: tls/HOST:7447, where {machine.name} is reached"
-                self._report("no-endpoint", f"nobody can connect to the machine {machine.name}", fix, machine.origin)
+                self._report("no-endpoint", f"no machine can connect to {machine.name}", fix, machine.origin)
         ends = [end for each in network.machines.values() for end in (each.connect, each.listen) if end is not None]
         encrypted = next((end for end in ends if end.protocol == TLS), None)
         if encrypted is not None and network.ca is None:

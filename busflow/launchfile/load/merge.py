@@ -110,7 +110,7 @@ def joined(first: Part, second: Part, own: Part, problems: Problems) -> Part:
 
 
 def _brought_twice(nodes: Mapping[str, tuple[Value, Value]], depth: int) -> Iterator[Problem]:
-    """Report nodes that two includes of a file both define, once for each pair, at the later include."""
+    """Report nodes that two includes of a file both define, once for both includes, at the later one."""
     found: dict[tuple[tuple[Place, ...], Place], list[str]] = {}
     for name, (second, first) in nodes.items():
         here, there = second.origin.included_from[-depth:], first.origin.included_from[-depth:]
@@ -125,7 +125,7 @@ def _brought_twice(nodes: Mapping[str, tuple[Value, Value]], depth: int) -> Iter
         if there == place:  # a for_each
             message, fix = (
                 f"this include brings the node {which} several times",
-                "namespace: ${each.…} tells them apart",
+                "namespace: ${each.…} keeps them apart",
             )
         yield Problem("duplicate-node", message, fix, place, included_from=here[1:])
 
@@ -162,7 +162,7 @@ def _with_final_names(topics: Value, namespace: str, problems: Problems) -> Valu
 
 
 def _with_final_dependencies(node: Value, namespace: str, problems: Problems) -> Value:
-    """Return a node with final names in its `depends_on`."""
+    """Return a node with final names in its `depends_on`, which the file writes like the keys of its nodes."""
     needs = node.members.get("depends_on")
     if needs is None or not isinstance(needs.content, dict):
         return node

@@ -112,7 +112,7 @@ class McapFile:
     ) -> Iterator[Entry | McapRecord]:
         """The messages that are wanted, and all other records, in the order of the file.
 
-        Chunks are passed over where the summary tells of all channels and they hold nothing of this time; otherwise
+        Chunks are passed over where the summary lists all channels and they hold nothing of this time; otherwise
         everything is held against its CRC.
 
         Raises:

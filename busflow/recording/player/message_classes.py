@@ -58,5 +58,5 @@ def _below(cls: type[Message]) -> Iterator[type[Message]]:
 def _name(cls: type[Message]) -> str:
     try:
         return type_name(cls)
-    except InvalidDeclaration:  # a class that is not complete yet is nobody's
+    except InvalidDeclaration:  # a class that is not complete yet stands for no message
         return ""

@@ -1,7 +1,7 @@
 """Schedule: one order of events among those that are possible, drawn by a seed or given choice by choice.
 
 Where the order is not promised, the dispatcher and the loop ask a schedule. Every answer is a number, and 0 is first
-in, first out. The answers of a seed can be recorded and told again, and set back towards the plain order until only
+in, first out. The answers of a seed can be recorded and given again, and set back towards the plain order until only
 what matters is left.
 """
 

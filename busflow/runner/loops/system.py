@@ -75,7 +75,7 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
             """End a wait, or keep the next one from beginning; from any thread."""
             if not self._woken:
                 self._woken = True
-                with self._ringing, suppress(ValueError):  # it was closed meanwhile: nobody waits
+                with self._ringing, suppress(ValueError):  # it was closed meanwhile: nothing waits
                     self._eventfd.write(_ONE)
 
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
@@ -88,7 +88,7 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
             if eventfd in ready:
                 try:
                     self._eventfd.read(8)
-                finally:  # not before, or whoever rings in between would find an empty bell that says it was rung
+                finally:  # not before, or a `wake` in between would find the flag set and the descriptor empty
                     self._woken = False
             return super().select(0) if epoll in ready else []
 

@@ -264,7 +264,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             grace_s = max(0, self._limit_s())  # the limit says how long others may take; without one it is for ever
         events = self._input.poll(grace_s)
         if not events and not self._ready and not self._pass_limit():
-            lacking = "nobody says that it is later" if self.follows else "no timer"
+            lacking = "no time comes" if self.follows else "no timer"
             raise self._deadlock(f"nothing is left to run: {lacking}, no worker thread, no input")
         return events
 

@@ -38,11 +38,11 @@ _LOSSES: Mapping[str, tuple[str, str]] = {
         "were not sent",
         "see busflow log --level warning: publish smaller messages, or receive the topic in the same process",
     ),
-    "unsigned": ("came from nobody who is there", "a publisher has to declare itself, as those of ROS 2 do"),
+    "unsigned": ("came from no publisher that is there", "a publisher has to declare itself, as those of ROS 2 do"),
 }
 
 _CALLS: Mapping[str, tuple[str, str]] = {
-    "failed": ("failed in {node}", "busflow log --level error tells why"),
+    "failed": ("failed in {node}", "busflow log --level error shows why"),
     "refused": ("found no room at {node}", "raise its depth, or make its handler faster"),
     "withdrawn": ("got no answer from {node} in time", "make its handler faster, or wait longer"),
     "timed_out": ("took longer than {node} waited", "raise its timeout, or make the handler faster"),
@@ -131,7 +131,7 @@ def _unpublished(graph: GraphView) -> Iterator[Problem]:
     for topic in graph.topics.values():
         receivers = [end for end in topic.subscriptions if not is_hidden(end.node)]
         if receivers and not topic.publishers and not topic.details.get("external"):
-            text = f"{_nodes(receivers)} receives {topic.name}, which nobody publishes"
+            text = f"{_nodes(receivers)} receives {topic.name}, which has no publisher"
             fix = did_you_mean(topic.name, published, none="start a node that publishes it")
             yield Problem("nobody-publishes", text, fix, severity=Severity.WARNING)
 
@@ -141,7 +141,7 @@ def _unanswered(graph: GraphView) -> Iterator[Problem]:
     for service in graph.services.values():
         clients = [end for end in service.subscriptions if not is_hidden(end.node)]
         if clients and not service.publishers:
-            text = f"{_nodes(clients)} calls {service.name}, which nobody answers"
+            text = f"{_nodes(clients)} calls {service.name}, which has no server"
             fix = did_you_mean(service.name, answered, none="start a node that answers it")
             yield Problem("nobody-answers", text, fix, severity=Severity.WARNING)
 

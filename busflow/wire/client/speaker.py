@@ -82,7 +82,7 @@ def speaking(session: zenoh.Session, topic: str, type_: ForeignType, qos: str, g
         if stated.latched
         else session.declare_publisher(key, congestion_control=drop)
     )
-    beside = session.declare_publisher(key)  # a publisher that keeps does not tell who listens
+    beside = session.declare_publisher(key)  # a publisher that keeps messages does not report its listeners
     try:
         yield Speaker(way, beside, type_, gid, SystemClock())
     finally:

@@ -98,7 +98,7 @@ def remote_run(text: str) -> RemoteRun:
     if identity not in network.allow and identity not in network.machines:
         known = [*network.allow, *network.machines]
         raise NoSuchRun(
-            f"{printable(file)} admits nobody called {printable(identity)!r}; {did_you_mean(identity, known)}"
+            f"{printable(file)} admits no one called {printable(identity)!r}; {did_you_mean(identity, known)}"
         )
     ways = tuple(_ways(network))
     if not ways:

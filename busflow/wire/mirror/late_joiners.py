@@ -126,7 +126,7 @@ class LateJoiners:
 
         callback: Any = zenoh.handlers.Callback(take, drop=end, indirect=False)
         self._connection.session.get(
-            # Where an advanced publisher, also one of ROS 2, tells what it keeps.
+            # Where an advanced publisher, also one of ROS 2, answers what it keeps.
             f"{self._key}/@adv/**?_max={gate.target.endpoint.qos.depth}",
             callback,
             target=zenoh.QueryTarget.ALL,

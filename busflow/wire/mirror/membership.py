@@ -46,7 +46,7 @@ class Membership(Extension):
             process: this process's name.
             socket: the name of its socket in the directory.
             network: what links this machine to others, where this process does that.
-            about: what the process tells of itself beside what its graph does.
+            about: returns what the process answers about itself beside what its graph does.
             on_change: called when another process has come, is gone or hangs.
         """
         self._graph, self._directory, self._card = graph, directory, card

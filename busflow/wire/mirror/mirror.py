@@ -70,7 +70,7 @@ class Mirror:
             card: what the run says of itself.
             process: this process's name.
             history: by final topic name, how many messages are kept for `--last`.
-            about: what else is told of the process, and of others that cannot tell of themselves.
+            about: returns what else this process answers about itself, and about processes that cannot answer.
         """
         self._graph, self._session, self._process = graph, session, process
         self._log = graph.log.bind("busflow")

@@ -35,7 +35,7 @@ _BULKY = 8 * 1024
 class Outlet:
     """Encodes and sends a publisher's messages while another process subscribes.
 
-    For a transient_local publisher that is always: Zenoh keeps its last messages for late joiners, as bytes.
+    A transient_local publisher's are sent without a subscriber too: Zenoh keeps the last for late joiners, as bytes.
 
     Small messages are sent on the event loop, with Zenoh's usual priority. With its first large message an outlet
     changes to the next lower priority, which only the sender's thread uses, and stays there, so that order is kept.
@@ -59,8 +59,8 @@ class Outlet:
         """Declare the publisher to other processes.
 
         Args:
-            publisher: what it is the way out of.
-            token: what it is known by.
+            publisher: the publisher whose messages it sends.
+            token: the token that shows it to other processes.
             connection: where its messages go.
             expected: depth of the deepest subscription elsewhere that has not let the publisher in; 0 without any.
             on_open: is called whenever it has opened or closed.
@@ -73,13 +73,13 @@ class Outlet:
         self._wanted = self._closed = False
         latched = publisher.endpoint.qos.latched
         self._room = 0 if latched else expected
-        """How many messages are to be held; 0 while none are."""
+        """Number of messages to hold; 0 while none are held."""
         self._is_new = self._room > 0
         self._held: HeldMessages | None = None
         self._limit = _BULKY if support.is_bulky else LARGE
         """Messages from this size on are large; after the first large one, all are."""
         self._lower: Callable[[], zenoh.Publisher] | None = None
-        """Declares the publisher with the lower priority; None for a transient_local one, whose type decides."""
+        """Declares the publisher with the lower priority; None for a transient_local one, which has its type's."""
         if latched:
             self._way = _latched(session, publisher, support)
             self._limit = 0 if support.is_bulky else LARGE
@@ -119,7 +119,7 @@ class Outlet:
             self._install()
 
     def follow(self, publisher: Publisher[Any]) -> None:
-        """Take over the publisher's successor after its node's restart."""
+        """Send the messages of the publisher that has replaced this one after a restart of its node."""
         self._publisher = publisher
         self._want(self._wanted)
 
@@ -131,7 +131,7 @@ class Outlet:
         self._publisher.send_through(None)
         self._token.undeclare()
         # Let go of, they are undeclared without the interpreter's lock. `undeclare` of one that keeps what it sends
-        # waits with it for a thread of Zenoh, which may wait for the lock to tell who listens: for ten seconds.
+        # waits with it for a thread of Zenoh, which may wait for the lock to report listeners: for ten seconds.
         self._way = None
         self._ways.clear()
 
@@ -156,7 +156,7 @@ class Outlet:
         self._publisher.send_through(self._send if self._wanted or self._room else None)
 
     def _let_go(self, all_answered: bool) -> None:
-        """Send what was held if another process receives it. Where all have answered, it may be that none will."""
+        """Send what was held if another process receives it. If all have answered, what none receives is no loss."""
         held, self._held = self._held, None
         if held is None or self._closed:
             return

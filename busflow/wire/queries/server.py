@@ -96,7 +96,7 @@ class Answers:
             return (), encode_refusal(ValueError(f"{name} needs the argument {error}"))
         except (BusflowError, ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
             return (), encode_refusal(error)
-        except Exception as error:  # noqa: BLE001  # who asks must not end a run, and both sides are told
+        except Exception as error:  # noqa: BLE001  # a question must not end a run, and both sides get the error
             self._log.error(f"the question {printable(name)} was not answered", exc_info=error)
             return (), encode_refusal(error)
 

@@ -83,7 +83,7 @@ def open_session(
         patience_s: how long a process that is there may take to answer a newcomer.
 
     Raises:
-        InspectionUnavailable: Zenoh is missing or refuses, or, for one that only looks, nobody answers.
+        InspectionUnavailable: Zenoh is missing or refuses, or, for one that only looks, no process answers.
     """
     require_zenoh()
     names = [name for name in _names_in(directory) if name.endswith(".sock") and name != listen]
@@ -155,7 +155,7 @@ def open_remote(network: Network, *, patience_s: float = 5.0) -> zenoh.Session:
     """Open a session with a run on other machines, for a client.
 
     Raises:
-        InspectionUnavailable: Zenoh is missing or refuses, or nobody there lets it in.
+        InspectionUnavailable: Zenoh is missing or refuses, or no machine there lets it in.
     """
     require_zenoh()
     return _opened(_settings([], [str(end) for end in network.dials], patience_s) | network.settings())

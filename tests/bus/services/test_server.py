@@ -96,7 +96,7 @@ async def test_a_handler_that_returns_no_response_has_failed():
         for name, text in {
             "nothing": "must return a test/srv/Add_Response, not None",
             "other": "must return a test/srv/Add_Response, not std_srvs/srv/Trigger_Response",
-            "coroutine": "returned a coroutine, which nobody awaits",
+            "coroutine": "returned a coroutine, which is not awaited",
         }.items():
             with pytest.raises(ServiceFailed, match=text):
                 await lab.call(Add, name)
@@ -111,7 +111,7 @@ async def test_ended_server_fails_its_waiting_calls():
         for each in await asyncio.gather(*calls, return_exceptions=True):
             assert isinstance(each, ServiceGone)
             assert "/adder/slow: its server /adder ended before it had answered" in str(each)
-        with pytest.raises(ServiceUnavailable, match="nobody answers /adder/slow any more: /adder has ended"):
+        with pytest.raises(ServiceUnavailable, match="/adder/slow has no server any more: /adder has ended"):
             await lab.graph.bus.services["/adder/slow"].call(Add.Request(), caller="/test")
         assert (line(lab, "/adder/slow").lost, accounts(lab)) == (2, True)
 
@@ -170,7 +170,7 @@ async def test_restarted_server_continues_its_account():
             lab.node(Phoenix).server.close()
             with pytest.raises(ServiceGone):
                 await call
-            with pytest.raises(ServiceUnavailable, match="nobody answers /phoenix/work any more: /phoenix has ended"):
+            with pytest.raises(ServiceUnavailable, match="/phoenix/work has no server any more: /phoenix has ended"):
                 await lab.call(Trigger, "phoenix/work")
             lab.node(Phoenix).rise()
             assert (await lab.call(Trigger, "phoenix/work")).success

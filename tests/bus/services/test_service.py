@@ -107,7 +107,7 @@ class Asker(Node):
 
 def test_client_without_a_server_is_warned_of():
     (found,) = problems(Adder, Asker)
-    message = "Asker.ask of /asker calls /adder/ad, which nobody answers"
+    message = "Asker.ask of /asker calls /adder/ad, which has no server"
     assert found == ("nobody-answers", "warning", message, "did you mean '/adder/add'?")
     (found,) = problems(Adder, Asker, strict=True)
     assert found[1] == "error"

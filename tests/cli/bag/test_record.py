@@ -170,7 +170,7 @@ class TestLab:
         assert capsys.readouterr().out == f"{none}: nothing was recorded: there was no topic to record\n"
         with join() as peer, peer.advertise("/outside", foreign(Bool)):
             assert main(["bag", "record", "-o", str(silent), "outside", "--for", "300ms"]) == 1
-        assert capsys.readouterr().out == f"{silent}: nothing was recorded: nobody published anything on 1 topic\n"
+        assert capsys.readouterr().out == f"{silent}: nothing was recorded: nothing was published on 1 topic\n"
 
     def test_builtin_type_is_recorded_without_a_node(self, tmp_path, capsys):
         bool_, secret = foreign(Bool), foreign(Secret)

@@ -79,7 +79,7 @@ def test_echo_with_a_type_needs_no_topic(capsys: Captured):
     assert capsys.readouterr().out == "data: 7\n---\n"
     assert main(["topic", "echo", "never", "std_msgs/Int64", "--timeout", "10ms"]) == 1
     warning, error = capsys.readouterr().err.splitlines()
-    assert warning.startswith("warning: nobody publishes /never; ")
+    assert warning.startswith("warning: /never has no publisher; ")
     assert warning.endswith("; waiting")
     assert error == "error: nothing to print came on /never for 0.01 s"
 

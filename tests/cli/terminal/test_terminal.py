@@ -101,7 +101,7 @@ class TestGraphDrawing:
         assert (orders["publishers"], orders["subscriptions"]) == ([], ["/listener"])
         assert sum("-->" in line for line in drawing.mermaid()) == 3
         assert sum("->" in line for line in drawing.dot()) == 3
-        assert [line.split()[0] for line in drawing.text()] == ["/listener", "/talker", "/numbers", "nobody", "/orders"]
+        assert [line.split()[0] for line in drawing.text()] == ["/listener", "/talker", "/numbers", "no", "/orders"]
 
 
 class TestPluginSheet:

@@ -130,7 +130,7 @@ class TestOdds:
     def test_unpublished_topic_is_warned_of(self, capsys: Captured):
         assert main(["topic", "echo", "cmd", "--timeout", "50ms"]) == 1
         first, last = capsys.readouterr().err.splitlines()
-        assert first.startswith("warning: nobody publishes /cmd; ")
+        assert first.startswith("warning: /cmd has no publisher; ")
         assert last == "error: nothing to print came on /cmd for 0.05 s"
 
     def test_an_image_is_a_few_lines(self, capsys: Captured):

@@ -83,5 +83,5 @@ class TestOdds:
         assert main(["topic", "hz", "cmd", "-n", "2", "--every", "10ms"]) == 0
         out, err = capsys.readouterr()
         assert out == ""
-        assert err.splitlines()[0].startswith("warning: nobody publishes /cmd; ")
+        assert err.splitlines()[0].startswith("warning: /cmd has no publisher; ")
         assert err.splitlines()[1:] == ["/cmd: no new messages"]

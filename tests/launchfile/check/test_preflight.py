@@ -66,7 +66,7 @@ def test_correct_graph_has_no_problem(check):
         (
             "  other: {plugin: listener, remap: {numbers: words}}\n",
             (
-                "lab1.yaml:5:3: warning: Listener.on_number of /other receives /words, which nobody publishes\n"
+                "lab1.yaml:5:3: warning: Listener.on_number of /other receives /words, which has no publisher\n"
                 "  known: /numbers; if it is published from outside: topics: {/words: {external: true}}"
             ),
         ),

@@ -68,7 +68,7 @@ def test_unfit_pair_is_found_in_other_processes():
 def test_unpublished_topic_is_named_with_the_nearest():
     ends = [token(TokenKind.PUBLISHER, "source", "/imu/data"), token(TokenKind.SUBSCRIPTION, "sink", "/imu/dta")]
     (problem,) = found(ends)
-    assert problem.message == "/sink receives /imu/dta, which nobody publishes"
+    assert problem.message == "/sink receives /imu/dta, which has no publisher"
     assert problem.fix == "did you mean '/imu/data'?"
     assert found([token(TokenKind.SUBSCRIPTION, "_busflow_cli_7", "/imu/dta")]) == []
 
@@ -86,7 +86,7 @@ def test_client_without_server_is_named_with_the_nearest():
         token(TokenKind.CLIENT, "arm", "/camera/tak"),
     ]
     (problem,) = found(ends)
-    assert problem.message == "/arm calls /camera/tak, which nobody answers"
+    assert problem.message == "/arm calls /camera/tak, which has no server"
     assert (problem.fix, problem.severity) == ("did you mean '/camera/take'?", Severity.WARNING)
     assert found([token(TokenKind.CLIENT, "_busflow_cli_7", "/camera/tak")]) == []
 
@@ -96,7 +96,7 @@ def test_failed_calls_are_reported_with_a_fix():
     client = {"node": "/leg", "called": 1, "answered": 0, "failed": 1, "timed_out": 1, "cancelled": 0}
     told = answer(services=[{"name": "/arm/grip", "servers": [server], "clients": [client]}])
     assert [(problem.message, problem.fix) for problem in found((), told)] == [
-        ("1 of 9 calls of /arm/grip failed in /arm", "busflow log --level error tells why"),
+        ("1 of 9 calls of /arm/grip failed in /arm", "busflow log --level error shows why"),
         ("2 of 9 calls of /arm/grip found no room at /arm", "raise its depth, or make its handler faster"),
         ("3 of 9 calls of /arm/grip got no answer from /arm in time", "make its handler faster, or wait longer"),
         ("1 of 1 call of /arm/grip took longer than /leg waited", "raise its timeout, or make the handler faster"),

@@ -58,7 +58,7 @@ def test_unencrypted_addresses_need_no_certificate(joined: Callable[..., RemoteR
 
 
 def test_an_unknown_identity_gets_the_nearest_one(joined: Callable[..., RemoteRun]):
-    with pytest.raises(NoSuchRun, match="admits nobody called 'viewr'; did you mean 'viewer'"):
+    with pytest.raises(NoSuchRun, match="admits no one called 'viewr'; did you mean 'viewer'"):
         joined("viewr")
 
 

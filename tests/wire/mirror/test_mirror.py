@@ -153,7 +153,7 @@ async def published(looked, topic, count):
 
 def warnings(capsys):
     return [
-        line for line in capsys.readouterr().err.splitlines() if "warning" in line and "nobody publishes" not in line
+        line for line in capsys.readouterr().err.splitlines() if "warning" in line and "has no publisher" not in line
     ]
 
 

@@ -1,6 +1,6 @@
 """Admission: accepts or refuses connections by the page and the address that their handshake names.
 
-A page of any site that a person opens in a browser may connect to a port of this machine; the browser tells in `Origin`
+A page of any site that a person opens in a browser may connect to a port of this machine; the browser says in `Origin`
 whose page it is, and only a browser's word is needed, since who is no browser can do as much by other ways. `Host` is
 the name under which we were found: a foreign one is a site whose name was made to lead here.
 """

@@ -216,7 +216,7 @@ class Bridge:
 
     def _send_time(self) -> None:
         while (received := self._clock_listener.get(0)) is not None:
-            with suppress(MalformedMessage):  # whoever publishes it is told of by the run
+            with suppress(MalformedMessage):  # the run names its publisher
                 clock = self._decode_clock(received.payload)["clock"]
                 for viewer in self.viewers:
                     viewer.send_time(clock["sec"] * NS_PER_S + clock["nanosec"])

@@ -93,4 +93,4 @@ async def _serve(
 
 def _risk(host: str, *, read_only: bool) -> str:
     may = "read every topic" if read_only else "read every topic, publish commands, call services and set parameters"
-    return f"whoever reaches {host} over the network can {may}: there is no password and no encryption"
+    return f"anyone that reaches {host} over the network can {may}: there is no password and no encryption"

@@ -46,7 +46,7 @@ class Publications:
 
         Raises:
             InvalidName: The topic's name is none.
-            UnknownType: Nobody knows the type.
+            UnknownType: Neither the run nor busflow has the type.
             IncompatibleType: The topic has another one.
             MalformedMessage: The number is in use, or the encoding is not offered.
         """

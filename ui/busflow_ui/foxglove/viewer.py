@@ -1,7 +1,7 @@
 """Viewer: one connected client, with its requests and the messages that wait to be sent.
 
 Each topic that it receives has a bounded queue of its own, so that a camera never pushes a small topic aside. Its
-connection is written to as fast as it reads, and what is too old by then is dropped, counted and told to it. Whatever
+connection is written to as fast as it reads, and what is too old by then is dropped; the client gets the count. What
 has to be asked of the run is asked in another thread; nothing here waits for the run or for another viewer.
 """
 
@@ -186,7 +186,7 @@ class Viewer:
                 await self._send_answers()
                 found = more = await self._send_messages()
                 while more:
-                    await asyncio.sleep(0)  # who reads at once makes nobody wait, not even the others
+                    await asyncio.sleep(0)  # a client that reads at once holds up no other
                     more = await self._send_messages()
                 if found:
                     await self._clock.sleep(_GATHER_S)
@@ -243,7 +243,7 @@ class Viewer:
             missed = counted(dropped, "message was", "messages were")
             self.send_status(Level.WARNING, f"{missed} dropped: they came faster than they were read", id_="drops")
 
-    # What is heard.
+    # What the client sends.
 
     async def _on_message(self, message: str | bytes, is_taken: Callable[[str | bytes], bool]) -> None:
         try:
@@ -292,7 +292,7 @@ class Viewer:
                 reasons = await self._run.ask(parameters.set, values)
                 for reason in reasons:
                     self.send_status(Level.ERROR, reason)
-                if reasons or id_ is not None:  # after a refusal it shows what was typed, until it hears what is
+                if reasons or id_ is not None:  # after a refusal it shows what was typed, until it is sent what is set
                     rows = await self._run.ask(parameters.get, tuple(values)) if values else ()
                     self.send(protocol.text("parameterValues", parameters=rows, id=id_))
                 await self._run.send_parameters()

@@ -698,7 +698,7 @@ def test_without_a_run_it_says_so(refused: Refused, place: Any):
 def test_another_address_is_served_with_a_warning(lab1: Any):
     with serving(lab1[0], "--host", "0.0.0.0") as served:  # noqa: S104  # which is what is warned of
         _, _, told = served.end()
-    assert "warning: whoever reaches 0.0.0.0 over the network can read every topic, publish commands" in told
+    assert "warning: anyone that reaches 0.0.0.0 over the network can read every topic, publish commands" in told
     assert "no password" in told
 
 
