@@ -310,7 +310,7 @@ class Graph:
     async def _live(self) -> None:
         try:
             async with AsyncExitStack() as around:
-                around.enter_context(stuck_handlers_named(self.log))
+                around.enter_context(stuck_handlers_named())
                 for extension in self.extensions:
                     await around.enter_async_context(extension.surround())
                 await self._live_through()

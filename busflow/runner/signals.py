@@ -4,6 +4,8 @@ Python's own handlers run on the main thread, between two of its instructions, s
 keep them out. The operating system's signal is therefore written to a socket, and a thread of its own reads it: it
 asks the run to stop, and ends the process when the run has not stopped within its grace, or at a second signal. What
 a run may take beyond its nodes' grace, for the end of a recording, is for one that gets so far.
+
+A test is part of a longer run, so what ends it first is a `KeyboardInterrupt` in the line that runs.
 """
 
 from __future__ import annotations
@@ -12,17 +14,16 @@ import os
 import signal
 import socket
 import sys
-import sysconfig
 import threading
-import traceback
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
 
 from busflow.errors import ExitCode
+from busflow.runner import standard_error
 from busflow.runner.forks import call_in_children
+from busflow.runner.running_lines import is_own, running_lines
 from busflow.text import printable
 
 _ENDED = 0
@@ -33,8 +34,6 @@ CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATE
 """Exit codes of a run that a signal ends."""
 if sys.platform != "win32":
     CODES[signal.SIGHUP] = ExitCode.HUNG_UP  # the terminal is gone: its window was closed, or its ssh broke
-_BUSFLOW = str(Path(__file__).parents[1]) + os.sep
-_LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
 
 
 def heeded() -> tuple[signal.Signals, ...]:
@@ -47,13 +46,22 @@ def heeded() -> tuple[signal.Signals, ...]:
 class SignalGuard:
     """While entered, the first signal calls `ask_to_stop` (on the guard's thread) and starts the countdown."""
 
-    def __init__(self, ask_to_stop: Callable[[ExitCode], None], *, grace_s: float, around_s: float = 0.0) -> None:
+    def __init__(
+        self,
+        ask_to_stop: Callable[[ExitCode], None],
+        *,
+        grace_s: float,
+        around_s: float = 0.0,
+        interrupts: bool = False,
+    ) -> None:
         """Prepare the guard of one run.
 
         Args:
             ask_to_stop: what the first signal does.
             grace_s: what the run has for its nodes to stop.
             around_s: what it has beyond that for what is around them, if it `goes_on`.
+            interrupts: a second signal, or the end of the grace, raises `KeyboardInterrupt` where the main thread is;
+                only what goes on then ends the process.
         """
         self.goes_on: Callable[[], bool] = bool
         """Returns whether the run still makes progress; called on the guard's thread."""
@@ -63,6 +71,10 @@ class SignalGuard:
         self._before_fd = self._loop_fd = -1
         self._code = ExitCode.FAILED
         self._limit_s = 0.0
+        self.received: list[int] = []
+        """Signals that the run was sent so far."""
+        self.interrupt: KeyboardInterrupt | None = KeyboardInterrupt() if interrupts else None
+        """What is raised in the line that runs; its traceback says which one it was."""
 
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
@@ -121,17 +133,21 @@ class SignalGuard:
             self._writer.send(bytes([_ENDED]))
 
     def _pass_on(self, number: int, _frame: FrameType | None) -> None:
-        """Handle a signal in Python: raises no KeyboardInterrupt, and ensures that the guard's thread has the signal.
+        """Handle a signal in Python: raises no KeyboardInterrupt at first, and the guard's thread gets the signal.
 
         An event loop that was given a signal handler of its own has the wake-up descriptor now, and not the guard.
         """
+        __tracebackhide__ = True  # pytest shows the line that was interrupted
         current = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
         if current != self._writer.fileno():
             signal.set_wakeup_fd(current, warn_on_full_buffer=False)
             self._writer.send(bytes([number]))
+        self.received.append(number)
+        if self.interrupt is not None and len(self.received) > 1:
+            raise self.interrupt
 
     def _watch(self) -> None:
-        asked = limited = False
+        asked, limited = 0, False
         more_s = 0.0  # what the run has beyond the time that passes now
         with self._reader:
             while True:
@@ -144,6 +160,9 @@ class SignalGuard:
                     elif more_s and self.goes_on():
                         self._reader.settimeout(more_s)
                         more_s = 0.0
+                    elif self.interrupt is not None and asked == 1:
+                        standard_error.write(f"the run did not end within {self._grace_s:g} s{_place()}")
+                        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
                     else:
                         self._end(more_s)
                         return
@@ -160,10 +179,12 @@ class SignalGuard:
                 elif received[0] in CODES:  # signals of other handlers wake this one too
                     limited, more_s = False, self._around_s
                     self._reader.settimeout(self._grace_s)
-                    if asked:
-                        _end_process(self._code, "ended at once, at a second signal")
-                    asked, self._code = True, CODES[signal.Signals(received[0])]
-                    self._ask_to_stop(self._code)
+                    asked += 1
+                    if asked > (1 if self.interrupt is None else 2):
+                        _end_process(self._code, f"ended at once, at a {'second' if asked == 2 else 'third'} signal")
+                    if asked == 1:
+                        self._code = CODES[signal.Signals(received[0])]
+                        self._ask_to_stop(self._code)
 
     def _forward_to_loop(self, received: bytes) -> None:
         """Forward received bytes to the event loop; no bytes close its descriptor."""
@@ -183,19 +204,17 @@ def _heed_nothing(_number: int, _frame: FrameType | None) -> None:
 
 def _end_process(code: ExitCode, why: str) -> None:
     """End the process now, and print what the main thread was doing."""
-    frame = sys._current_frames().get(threading.main_thread().ident or 0)  # noqa: SLF001  # there is no other way to see it
-    where = ""
-    stack: list[traceback.FrameSummary] = list(traceback.extract_stack(frame)) if frame else []
-    # Below busflow's innermost frame stands what busflow called: a node's code, or the event loop that waits.
-    inner = next((at for at in range(len(stack), 0, -1) if stack[at - 1].filename.startswith(_BUSFLOW)), 0)
-    for entry in reversed(stack[inner:]):
-        if not entry.filename.startswith((*_LIBRARIES, "<")):
-            where = f"; it was in {printable(entry.filename)}:{entry.lineno}, {printable(entry.name)}"
-            break
+    where = _place()
     try:
-        os.set_blocking(2, False)  # the reader of standard error may be gone or blocked
-        os.write(2, f"busflow: {why}{where}\n".encode())
+        os.set_blocking(standard_error.descriptor, False)  # the reader of standard error may be gone or blocked
+        standard_error.write(f"{why}{where}")
         if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
             [child.kill() for child in multiprocessing.active_children()]
     finally:
         os._exit(code)
+
+
+def _place() -> str:
+    """Return the line of a node's code in which the main thread is, as the end of a sentence; empty where it waits."""
+    own = filter(is_own, running_lines(threading.main_thread().ident))
+    return next((f"; it was in {printable(each.filename)}:{each.lineno}, {printable(each.name)}" for each in own), "")

@@ -17,7 +17,6 @@ from busflow.launchfile.model.description import ClockMode, LaunchDescription
 from busflow.msgs.rosgraph_msgs import Clock
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
-from busflow.runner.loops.system import LoopFactory
 from busflow.runner.loops.virtual import RUN_THREAD_S, VirtualLoop
 from busflow.runner.sources import What
 
@@ -25,7 +24,7 @@ from busflow.runner.sources import What
 @contextmanager
 def simulated_graph(
     what: Sequence[What], *, show: Callable[[Graph], object] | None = None, **options: Any
-) -> Generator[tuple[Graph, LoopFactory]]:
+) -> Generator[tuple[Graph, Callable[[], VirtualLoop]]]:
     """Build a graph on simulated time, and the factory of the loop that `run_graph` runs it on.
 
     Args:

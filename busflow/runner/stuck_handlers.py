@@ -1,7 +1,8 @@
 """Stuck handlers: names one that does not come back while virtual time stands still for it, and ends it in a test.
 
-On virtual time nothing else would: no timeout passes, and Ctrl-C waits for the next turn of the loop. A thread looks at
-the loop in real time. It is none of `threading`, since virtual time waits for those.
+On virtual time nothing else would: no timeout passes. A thread looks at the loop in real time. It is none of
+`threading`, since virtual time waits for those. The warning goes to standard error, where pytest and `busflow test`
+show it at once: a line in the log would make a slow run another one than a fast one.
 """
 
 from __future__ import annotations
@@ -13,33 +14,35 @@ import sys
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from pathlib import Path
+from types import FrameType
 
 from busflow.clock import perf_counter
 from busflow.errors import Deadlock
+from busflow.runner import standard_error
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.watchdog import owners, stack_of
-
-if TYPE_CHECKING:
-    from busflow.log import Log
+from busflow.text import printable
 
 _LOOK_S = 0.5
 _WARN_S = 5.0
+_DEBUGGERS = {"bdb.py", "pydevd.py"}
+"""Files that run while a line of a debugged program waits, also in editors."""
 
 
 @contextmanager
-def stuck_handlers_named(log: Log) -> Generator[None]:
+def stuck_handlers_named() -> Generator[None]:
     """Watch the running loop while the block lasts, if it is one on virtual time."""
     loop, ended = asyncio.get_running_loop(), threading.Event()
     if isinstance(loop, VirtualLoop):
-        _thread.start_new_thread(_watch, (loop, threading.get_ident(), log, ended))
+        _thread.start_new_thread(_watch, (loop, threading.get_ident(), ended))
     try:
         yield
     finally:
         ended.set()
 
 
-def _watch(loop: VirtualLoop, thread: int, log: Log, ended: threading.Event) -> None:
+def _watch(loop: VirtualLoop, thread: int, ended: threading.Event) -> None:
     look_s = min(_LOOK_S, loop.thread_s / 4)
     seen, since_s, warned = loop.moment, perf_counter(), False
     while not ended.wait(look_s):
@@ -48,7 +51,7 @@ def _watch(loop: VirtualLoop, thread: int, log: Log, ended: threading.Event) -> 
             continue
         frame = sys._current_frames().get(thread)  # noqa: SLF001  # there is no other way to see it
         owner = next(owners(frame), None)
-        if owner is None:  # it waits for others
+        if owner is None or _is_debugged(frame):  # it waits for others, or for a person
             since_s = perf_counter()
             continue
         stuck_s = perf_counter() - since_s
@@ -58,8 +61,18 @@ def _watch(loop: VirtualLoop, thread: int, log: Log, ended: threading.Event) -> 
             since_s = perf_counter()
         elif stuck_s >= _WARN_S and not warned:
             warned = True
+            node, handler = map(printable, owner)
             text = f"has not come back for {_WARN_S:g} s of real time, and virtual time stands still for it"
-            log.bind(owner[0]).warning(text, handler=owner[1], stack=stack_of(frame))
+            standard_error.write(f"{node}: {handler} {text}; it is in {stack_of(thread)}")
+
+
+def _is_debugged(frame: FrameType | None) -> bool:
+    """Whether a debugger has stopped the code."""
+    while frame is not None:
+        if Path(frame.f_code.co_filename).name in _DEBUGGERS:
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _error(handler: str, limit_s: float) -> type[Deadlock]:

@@ -12,7 +12,6 @@ import os
 import selectors
 import sys
 import threading
-import traceback
 from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
@@ -26,6 +25,7 @@ from busflow.node.callbacks import EventHandler
 from busflow.node.lifetime import NodeLifetime
 from busflow.runner.loops import system as event_loop
 from busflow.runner.report import Blocks
+from busflow.runner.running_lines import running_lines
 from busflow.runner.supervisor import Unit
 from busflow.text import printable
 from busflow.validation.tracebacks import shown
@@ -101,7 +101,7 @@ class Watchdog:
         bound = f"{self.bound_s * 1000:g} ms"
         text = "blocks the event loop: nothing else runs meanwhile"
         fix = "wait with `await self.clock.sleep(…)`, compute with `await self.run_sync(…)`"
-        self._log.bind(node).warning(text, longer_than=bound, handler=handler, stack=stack_of(frame), fix=fix)
+        self._log.bind(node).warning(text, longer_than=bound, handler=handler, stack=stack_of(thread), fix=fix)
         return found
 
 
@@ -129,11 +129,7 @@ def owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
         frame = frame.f_back
 
 
-def stack_of(frame: FrameType | None) -> str:
+def stack_of(thread: int) -> str:
     """Return the running lines, innermost first, up to the call from busflow."""
-    steps: list[str] = []
-    for entry in reversed(traceback.extract_stack(frame) if frame else []):
-        if entry.filename.startswith(_BUSFLOW) or len(steps) == _STEPS:
-            break
-        steps.append(f"{printable(shown(entry.filename))}:{entry.lineno} in {printable(entry.name)}")
-    return " < ".join(steps)
+    lines = running_lines(thread)[:_STEPS]
+    return " < ".join(f"{printable(shown(each.filename))}:{each.lineno} in {printable(each.name)}" for each in lines)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -25,6 +24,7 @@ from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.log import LogRecord
 from busflow.msgs.std_msgs import Header
 from busflow.runner.graph import Graph
+from busflow.runner.loops.virtual_test import run_virtual
 from busflow.runner.report import SnapshotReport
 from busflow.runner.simulation import simulated_graph
 from busflow.text import counted, did_you_mean
@@ -79,8 +79,7 @@ class Trials:
                 record_graph(graph, record)
             expectations = Expectations(graph, expectations_of(self.description))
             try:
-                with asyncio.Runner(loop_factory=loop_factory) as runner:
-                    return runner.run(self._watched(graph, expectations))
+                return run_virtual(self._watched(graph, expectations), name="test", loop=loop_factory())
             except (NodeFailed, Stray, Deadlock) as error:
                 return [(str(error).partition("\n")[0], Fault((), str(error), code="failed"))]
             finally:

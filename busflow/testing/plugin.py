@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from busflow.runner import standard_error
+
 if TYPE_CHECKING:
     from busflow.testing.harnesses import Harness
 
@@ -36,11 +38,22 @@ def harness_factory() -> Callable[..., Harness]:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the markers, and the hooks after all installed plugins, so that they are called first."""
+    """Register the markers, and the hooks after all installed plugins, so that they are called first.
+
+    What is captured of standard error is not shown while a test is stuck, so busflow gets the terminal itself.
+    """
+    standard_error.descriptor = os.dup(2)  # not captured here, between pytest's start and its first test
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
     config.pluginmanager.register(_Caller(), "busflow-caller")
     config.pluginmanager.register(_Explainer(), "busflow-explainer")
+
+
+def pytest_unconfigure() -> None:
+    """Give back the terminal."""
+    if standard_error.descriptor != 2:
+        os.close(standard_error.descriptor)
+        standard_error.descriptor = 2
 
 
 def pytest_report_header() -> str | None:

@@ -1,7 +1,10 @@
 """The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
 
-Tests of `host.py`, `lives.py`, `sources.py` and `units.py`.
+Tests of `host.py`, `lives.py`, `running_lines.py`, `sources.py`, `standard_error.py` and `units.py`.
 """
+
+import os
+import threading
 
 import pytest
 
@@ -10,6 +13,8 @@ from busflow.clock import SimClock
 from busflow.errors import InvalidDeclaration, NotRunning
 from busflow.msgs.std_msgs import Int64
 from busflow.node.supervision import Supervised, Supervision
+from busflow.runner import standard_error
+from busflow.runner.running_lines import is_own, running_lines
 from busflow.runner.sources import made_by_hand
 from busflow.testing import virtual_time
 
@@ -49,3 +54,23 @@ async def test_program_publishes_and_receives_beside_nodes():
         inbox = graph.subscribe(Int64, "numbers")
         graph.publish("numbers", Int64(data=1))
         assert await anext(inbox) == Int64(data=1)
+
+
+def test_waiting_thread_shows_no_busflow():
+    ended = threading.Event()
+    thread = threading.Thread(target=ended.wait, args=(60,))
+    thread.start()
+    waiting = running_lines(thread.ident)
+    ended.set()
+    thread.join()
+    assert waiting[0].name == "wait"
+    assert not any(map(is_own, waiting))
+    assert running_lines(None) == []
+
+
+def test_standard_error_without_a_reader_raises_nothing(monkeypatch):
+    reading, writing = os.pipe()
+    os.close(reading)
+    monkeypatch.setattr(standard_error, "descriptor", writing)
+    standard_error.write("the run is stuck")
+    os.close(writing)

@@ -1,12 +1,18 @@
 """A handler that never comes back is named on virtual time, where nothing else would end the wait."""
 
+import io
+import os
+import pdb  # noqa: T100  # what a breakpoint() runs
+import re
+import select
 import threading
 
 import pytest
 
 from busflow import Graph, Node, timer
-from busflow.clock import SimClock, perf_counter
+from busflow.clock import SimClock
 from busflow.errors import NodeFailed
+from busflow.runner import standard_error
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.loops.virtual_test import run_virtual
 from busflow.testing import harness, virtual_time
@@ -20,41 +26,62 @@ class Endless(Node):
 
 
 class Slow(Node):
-    """Computes until it is named, or for a minute."""
+    """Computes until it is named, calling busflow meanwhile."""
 
-    def __init__(self):
+    def __init__(self, named):
         super().__init__()
-        self.named = threading.Event()
+        self.named = named
 
     @timer(0.1)
     def tick(self):
-        end = perf_counter() + 60
-        while not self.named.is_set() and perf_counter() < end:
-            pass
+        while not select.select([self.named], [], [], 0)[0]:
+            self.log.debug("on")
 
 
 @virtual_time(thread_s=0.2)
 async def test_endless_handler_fails_its_test_with_its_line():
     with pytest.raises(
-        NodeFailed, match=r"(?s)/endless failed in Endless.tick.*test_stuck_handlers.py:1[89].*0.2 s of real"
+        NodeFailed, match=r"(?s)/endless failed in Endless.tick.*test_stuck_handlers.py:2[4567].*0.2 s of real"
     ):
         async with harness(Endless) as lab:
             await lab.advance(10)
 
 
 def test_slow_handler_of_a_run_is_only_named(monkeypatch):
+    """On standard error, and not in the log, which is the same on a slow machine."""
+    reading, writing = os.pipe()
+    monkeypatch.setattr(standard_error, "descriptor", writing)
     monkeypatch.setattr("busflow.runner.stuck_handlers._WARN_S", 0.1)
-    slow, lines = Slow(), []
-
-    def sink(record):
-        if "has not come back" in record.event:
-            lines.append((record.node, record.values["handler"], "in tick" in record.values["stack"]))
-            slow.named.set()
+    slow, lines = Slow(reading), []
 
     async def main(clock):
-        async with Graph([slow], clock=clock, sinks=(sink,)) as graph:
+        async with Graph([slow], clock=clock, sinks=(lines.append,)) as graph:
             await graph.clock.sleep(0.15)
 
     loop = VirtualLoop(thread_s=0.4, ends_handlers=False)
     run_virtual(main(SimClock(loop=loop)), name="run", loop=loop)
-    assert lines == [("/slow", "timer tick", True)]
+    named = os.read(reading, 4096).decode()
+    os.close(reading)
+    os.close(writing)
+    assert named.startswith("busflow: /slow: timer tick has not come back for 0.1 s of real time")
+    assert re.search(r"it is in .*test_stuck_handlers\.py:\d+ in tick", named)
+    assert lines == []
+
+
+@virtual_time(thread_s=0.2)
+async def test_handler_in_a_debugger_is_left_alone():
+    """A breakpoint waits for a person, however long."""
+
+    class Debugged(Node):
+        @timer(0.1)
+        def tick(self):
+            stopped = pdb.Pdb(stdin=Waiting(), stdout=io.StringIO(), nosigint=True, readrc=False)
+            stopped.set_trace()
+
+    class Waiting(io.StringIO):
+        def readline(self, *_):
+            threading.Event().wait(0.8)
+            return "continue\n"
+
+    async with harness(Debugged) as lab:
+        await lab.advance(0.1)

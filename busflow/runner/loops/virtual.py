@@ -82,6 +82,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._limits: list[tuple[float, int, asyncio.Handle]] = []
         self._settling: deque[asyncio.Future[None]] = deque()
         self._threads = self._turns = self._unasked = 0
+        self.watchers = 0
+        """Number of threads that only watch the loop, and never give it anything to do."""
         self._endless = EndlessCalls(thread_s)
         self._input = _Selector(self._next_events)
         super().__init__(self._input)
@@ -259,7 +261,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             return self._input.poll(early_s)
         if not self.follows and self._advance():
             return []
-        grace_s = _IO_S if self._has_io() else _FOREIGN_S if threading.active_count() > 1 else 0
+        grace_s = _IO_S if self._has_io() else _FOREIGN_S if self._has_threads() else 0
         if grace_s > 0 and (self._limits or self.follows):
             grace_s = max(0, self._limit_s())  # the limit says how long others may take; without one it is for ever
         events = self._input.poll(grace_s)
@@ -292,7 +294,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """Whether a worker thread works for this loop, and may still end."""
         if self._endless.found:
             return False
-        return self._threads > 0 or (threading.active_count() > 1 and any(self._anyio_workers()))
+        return self._threads > 0 or (self._has_threads() and any(self._anyio_workers()))
+
+    def _has_threads(self) -> bool:
+        """Whether there are threads that may give the loop something to do."""
+        return threading.active_count() > 1 + self.watchers
 
     def _anyio_workers(self) -> Iterator[threading.Thread]:
         """The threads that anyio started for this loop and that have not finished what they were given."""

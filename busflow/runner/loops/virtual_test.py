@@ -4,29 +4,54 @@ from __future__ import annotations
 
 import asyncio
 import functools
+import signal
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from inspect import iscoroutinefunction, isfunction
 from typing import Any, ParamSpec, TypeVar, overload
 
-from busflow.errors import InvalidDeclaration
+from busflow.errors import ExitCode, InvalidDeclaration
 from busflow.runner.loops.schedule import Schedule
 from busflow.runner.loops.virtual import HORIZON_S, THREAD_S, VirtualLoop
 from busflow.runner.orphan_tasks import orphans_left
+from busflow.runner.signals import SignalGuard
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
+STOP_S = 0.75
+"""Real time that a test has to end after Ctrl-C."""
+
 
 def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -> T:
-    """Run a coroutine on a virtual loop, in a task of that name, and close the loop."""
+    """Run a coroutine on a virtual loop, in a task of that name, and close the loop.
+
+    Ctrl-C cancels the task; where that does not end it, `KeyboardInterrupt` is raised in the line that runs.
+    """
+    __tracebackhide__ = True  # pytest shows the line that was interrupted
 
     async def named() -> T:
         if task := asyncio.current_task():
             task.set_name(name)
+            tasks.append(task)
+        guard.precede_loop()
         return await main
 
-    with asyncio.Runner(loop_factory=lambda: loop) as runner:
-        result = runner.run(named())
+    def cancel(_code: ExitCode) -> None:
+        with suppress(RuntimeError):  # the loop is closed
+            loop.call_soon_threadsafe(lambda: [task.cancel() for task in tasks])
+
+    tasks: list[asyncio.Task[Any]] = []
+    guard = SignalGuard(cancel, grace_s=STOP_S, interrupts=True)
+    try:
+        with guard, asyncio.Runner(loop_factory=lambda: loop) as runner:
+            loop.watchers += 1
+            result = runner.run(named())
+    finally:
+        if guard.interrupt is not None and guard.interrupt.__traceback__ is not None:
+            raise guard.interrupt
+        if guard.received:
+            signal.raise_signal(guard.received[0])  # whose handlers are those of before again
     for orphan in orphans_left(loop):
         raise orphan
     return result

@@ -1,0 +1,77 @@
+"""A handler that never returns, on virtual time: it is named, and Ctrl-C ends the test or the trial with its line."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from busflow.errors import ExitCode
+
+pytestmark = pytest.mark.e2e
+
+STUCK = """
+from busflow import Node, timer
+
+
+class Stuck(Node):
+    @timer(0.1)
+    def work(self) -> None:
+        while True:
+            self.log.debug("on")
+"""
+LAUNCH = "name: stuck\nplugins: [plugins]\nnodes: {stuck: {plugin: stuck}}\n"
+TEST = """
+from busflow.testing import harness, virtual_time
+
+
+def test_that_fails() -> None:
+    raise AssertionError("shown all the same")
+
+
+@virtual_time
+async def test_that_never_ends() -> None:
+    async with harness("stuck.yaml") as lab:
+        await lab.advance(1)
+"""
+AT_ONCE = "import sys; from busflow.runner import stuck_handlers; stuck_handlers._WARN_S = 0.1; "
+COMMANDS = {
+    "pytest": "import pytest; sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', 'test_stuck.py']))",
+    "busflow test": "from busflow.cli import main; sys.exit(main(['test', 'stuck.yaml']))",
+    "busflow run --sim": "from busflow.cli import main; sys.exit(main(['run', 'stuck.yaml', '--sim']))",
+}
+"""Programs of each command; a handler is named after less than five seconds, to keep the tests short."""
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_handler_without_end_is_named_and_ended(command, tmp_path):
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins/stuck.py").write_text(STUCK)
+    (tmp_path / "stuck.yaml").write_text(LAUNCH)
+    (tmp_path / "test_stuck.py").write_text(TEST)
+    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "busflow.testing.plugin"}
+    environment.pop("PYTEST_ADDOPTS", None)
+    with subprocess.Popen(
+        [sys.executable, "-c", AT_ONCE + COMMANDS[command]],
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stderr is not None
+        named = next((line for line in process.stderr if "has not come back" in line), "")
+        process.send_signal(signal.SIGINT)
+        printed, log = process.communicate(timeout=100)
+    assert named.startswith("busflow: /stuck: timer work has not come back for 0.1 s of real time")
+    assert "plugins/stuck.py:" in named
+    assert "the run did not end within" in log
+    assert f"{tmp_path}/plugins/stuck.py:" in log
+    if command == "pytest":
+        assert process.returncode == pytest.ExitCode.INTERRUPTED
+        assert "shown all the same" in printed  # the failure of another test
+        assert ": KeyboardInterrupt\n" in printed
+    else:
+        assert process.returncode == ExitCode.INTERRUPTED
