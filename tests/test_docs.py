@@ -64,6 +64,7 @@ _SNIPPETS = RawFencedCodeBlockLexer(re.compile(r'(?P<language>\w+)(?: title="(?P
 _NOT_RUN = re.compile(r"<!-- not run: .+ -->\n\Z")
 _CLOCKED = re.compile(r"busflow run|busflow topic|busflow replay|pytest|python")
 """The commands whose output has what a clock has measured."""
+_AT_THE_END = re.compile(r"published before \S+ had started or after it had stopped$")
 _VARYING = re.compile(
     "(?P<anything>…)"
     r"|(?P<measured>[0-9]+:[0-9:.]+[0-9]|[0-9]+(\.[0-9]+)?(?= ?(Hz|µs|ms|s|KB/s)\b))"
@@ -204,6 +205,10 @@ def as_the_pages_have_it(printed):
 
 def compare(command, expected, printed):
     """Line by line; `…` takes as many lines as it needs."""
+    if not any(_AT_THE_END.search(line) for line in expected):  # on a slow machine a timer ticks between two stops
+        printed = [line for line in printed if not _AT_THE_END.search(line)]
+        while printed and not printed[-1]:
+            printed.pop()
     expected, printed = [[aligned(line) for line in lines] for lines in (expected, printed)]
     is_clocked = bool(_CLOCKED.search(command)) and not any("of sim time" in line for line in expected)
     counts: list[int] = []

@@ -12,7 +12,7 @@ import click
 import busflow
 from busflow.cli.root import Root
 from busflow.cli.ros_words import instead_of_option
-from busflow.cli.terminal.output import colour, print_message
+from busflow.cli.terminal.output import colour, discard_output, print_message
 from busflow.errors import BusflowError, ExitCode, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
 
@@ -78,8 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
     except OSError as error:
-        # The interpreter flushes once more when it exits, and must not fail on the same error.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        discard_output()
         if isinstance(error, BrokenPipeError):
             return code  # the reader of our output has closed it: `busflow config … | head -1`
         print_message(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.terminal.output import colour, json_text, print_message
+from busflow.cli.terminal.output import colour, json_text, outcome_printed, print_message
 from busflow.cli.terminal.run_summary import print_summary
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Stray
 from busflow.launchfile.check.machine import on_machine
@@ -110,11 +110,11 @@ class Run:
         outcome = self._group.run_report() if self._group else graph.report()
         lost = [(traced and traced.error, trace), (_written(outcome, report), report)]
         code = code or (ExitCode.FAILED if any(error for error, _ in lost) else ExitCode.OK)
-        with suppress(BrokenPipeError):  # `busflow run … | head -1`: the exit code stays that of the run
+        with outcome_printed():
             print_summary(replace(outcome, exit_code=ExitCode(code)))
-            for error, path in lost:
-                if error is not None:
-                    print_message(f"error: cannot write the whole of {path}: {error.strerror}")
+        for error, path in lost:
+            if error is not None:
+                print_message(f"error: cannot write the whole of {path}: {error.strerror}")
         return code
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:

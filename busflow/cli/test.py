@@ -42,7 +42,7 @@ def test(
 
     A node that fails is wrong in any case.
     """
-    from busflow.cli.terminal.output import print_answer, print_message, print_problems
+    from busflow.cli.terminal.output import outcome_printed, print_answer, print_message, print_problems
     from busflow.cli.terminal.run_summary import snapshot_line
     from busflow.testing.expectations import Trials, expectation_problems, expectations_of
 
@@ -55,16 +55,17 @@ def test(
     trials = Trials(description, for_s)
     trials.run(range(seeds or 1) if seed is None else [seed])
     found = trials.problems()
-    if as_json:
-        result = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
-        snapshots = [asdict(each) for each in trials.snapshots]
-        print_answer({**result, "snapshots": snapshots, "problems": [each.as_json() for each in found]})
-    else:
-        print_problems(found)
-        for each in trials.snapshots:
-            print_message(snapshot_line(asdict(each)), error_stream=False)
-        runs = f"{counted(len(trials.seeds), 'run')} of {show_duration(for_s)}"
-        click.echo(f"{printable(description.name)}: {runs}: {_outcome(description, len(found))}")
+    with outcome_printed():
+        if as_json:
+            result = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
+            snapshots = [asdict(each) for each in trials.snapshots]
+            print_answer({**result, "snapshots": snapshots, "problems": [each.as_json() for each in found]})
+        else:
+            print_problems(found)
+            for each in trials.snapshots:
+                print_message(snapshot_line(asdict(each)), error_stream=False)
+            runs = f"{counted(len(trials.seeds), 'run')} of {show_duration(for_s)}"
+            click.echo(f"{printable(description.name)}: {runs}: {_outcome(description, len(found))}")
     return ExitCode.FAILED if found else ExitCode.OK
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
+from busflow.errors import ExitCode
 
 BUSFLOW = [sys.executable, "-m", "busflow"]
 
@@ -232,13 +233,21 @@ def test_signal_ends_the_run_with_its_table(number: signal.Signals, code: int):
 
 
 @pytest.mark.e2e
-def test_no_reader_of_the_table_is_no_failure():
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        (["run", "talk.yaml", "--sim", "--for", "50ms"], ExitCode.OK),
+        (["run", "talk.yaml", "--sim", "--set", "nodes.talker.parameters.fail_at=2"], ExitCode.FAILED),
+        (["test", "talk.yaml", "--set", "nodes.talker.parameters.fail_at=2"], ExitCode.FAILED),
+    ],
+)
+def test_no_reader_of_the_table_changes_no_exit_code(command, code):
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run([*BUSFLOW, "run", "talk.yaml", "--for", "50ms"], stdout=writer, stderr=subprocess.PIPE)
+    done = subprocess.run([*BUSFLOW, *command], stdout=writer, stderr=subprocess.PIPE)
     os.close(writer)
-    assert done.returncode == 0
-    assert b"Error" not in done.stderr
+    assert done.returncode == code
+    assert b"Error:" not in done.stderr.replace(b"ValueError:", b"")
 
 
 FRAGILE = """

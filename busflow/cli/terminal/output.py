@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Generator, Iterable, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -33,6 +35,22 @@ def print_message(text: str, *, error_stream: bool = True) -> None:
     safe = "\n".join(printable(line) for line in text.rstrip("\n").split("\n"))
     marked = _LABEL.sub(lambda found: found[1] + click.style(found[2], fg=_COLOURS[found[2]], bold=True) + ":", safe)
     click.echo(marked, err=error_stream, color=colour())
+
+
+@contextmanager
+def outcome_printed() -> Generator[None]:
+    """Print the outcome of what has ended, whose exit code stays as it is where the reader of the output has gone."""
+    try:
+        yield
+        if sys.stdout:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        discard_output()
+
+
+def discard_output() -> None:
+    """Discard what is still printed: the interpreter flushes once more when it exits, and must not fail again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def print_problems(problems: Iterable[Problem], *, error_stream: bool = False) -> None:

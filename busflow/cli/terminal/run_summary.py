@@ -54,7 +54,8 @@ def _remarks(report: Report) -> Iterator[str]:
         if process.restarts or process.fates:
             yield _process_history(process)
     for topic in report.topics:
-        yield from (f"{printable(topic.name)}: {text}" for text in _topic_losses(topic))
+        texts = [*_topic_losses(topic), *(() if report.processes else _away(topic))]
+        yield from (f"{printable(topic.name)}: {text}" for text in texts)
     if report.recording is not None:
         yield _recording(report.recording)
     for snapshot in report.snapshots:
@@ -85,6 +86,14 @@ def _topic_losses(topic: TopicReport) -> Iterator[str]:
         if unmatched := line.drops.get(UNMATCHED):
             missed = counted(unmatched, "message")
             yield f"{missed} never reached {printable(line.node)}: it was not there, or its link lost them"
+
+
+def _away(topic: TopicReport) -> Iterator[str]:
+    """Yield a sentence for each subscription that was not there for all messages of its topic."""
+    for line in topic.subscriptions:
+        if (away := topic.published - line.published) > 0:
+            missed = counted(away, "message was", "messages were")
+            yield f"{missed} published before {printable(line.node)} had started or after it had stopped"
 
 
 def _times(count: int) -> str:

@@ -1,10 +1,12 @@
 """The tables at the end of a run."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
-from busflow.bus.statistics import ClientStatistics, ServerStatistics
+from busflow.bus.qos import Overflow
+from busflow.bus.statistics import ClientStatistics, ServerStatistics, SubscriptionStatistics
 from busflow.cli.terminal.run_summary import print_summary
 from busflow.errors import ExitCode
 from busflow.runner.report import NodeReport, ProcessReport, Report, ServiceReport, TopicReport
@@ -34,6 +36,17 @@ def test_process_restarts_and_losses_are_listed(capsys: pytest.CaptureFixture[st
     assert "main" not in output
     assert "/t: not all that came from other processes was received: 3 lost, 1 refused\n" in output
     assert "/t: 1 message was published before other processes received the topic, and dropped\n" in output
+
+
+def test_messages_published_beside_a_subscription_are_named(capsys: pytest.CaptureFixture[str]):
+    """What no line counts is said, so that the table adds up between its lines too."""
+    line = SubscriptionStatistics("/late", "/t", 10, Overflow.DROP_OLDEST, 6, 6, 0, 0)
+    there = replace(line, node="/there", published=9, delivered=9)
+    topics = (TopicReport("/t", "a/msg/B", 9, (line, there)),)
+    print_summary(Report("lab", 0, "system", 1.0, ExitCode.OK, (), topics, ()))
+    output = capsys.readouterr().out
+    assert "/t: 3 messages were published before /late had started or after it had stopped\n" in output
+    assert "before /there" not in output
 
 
 def test_inbox_losses_are_listed_by_topic(capsys: pytest.CaptureFixture[str]):

@@ -1,1 +1,0 @@
-"""The nodes of lab 1, written as a user would write them."""
