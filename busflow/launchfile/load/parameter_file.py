@@ -81,7 +81,7 @@ def _sections(value: Value, above: str) -> Iterator[tuple[str, Value]]:
                 _refuse(f"{_SECTION}: has no node above it", "write the node's name above it, or /** for all", member)
             if member.content is not None and not isinstance(member.content, dict):
                 _refuse(f"{_SECTION}: must be a mapping", "write `name: value` lines below it", member)
-            yield above, _nested(member)
+            yield above, nested(member)
             continue
         inner = key if above else key.removeprefix("/")
         name = f"{above}/{inner}" if inner else above  # the root namespace is `/`
@@ -113,15 +113,24 @@ def _matches(section: str, node: str) -> bool:
     return len(parts) in reached
 
 
-def _nested(value: Value, depth: int = 0) -> Value:
-    """Return parameters with a level of nesting for each dot of a name: `noise.imu` is `imu` below `noise`."""
+def nested(value: Value, depth: int = 0, *, whole: bool = True) -> Value:
+    """Return parameters with a level of nesting for each dot of a name: `noise.imu` is `imu` below `noise`.
+
+    Args:
+        value: A mapping of parameters.
+        depth: How deep it is nested itself.
+        whole: Also in the mappings in it, which may be values of parameters.
+
+    Raises:
+        LaunchError: They are nested too deep.
+    """
     members: dict[str, Value] = {}
     for key, member in value.members.items():
         first, *steps = key.split(".")
         below = depth + 1 + len(steps)
         if below > MAX_DEPTH:
             _refuse(f"a parameter is nested deeper than {MAX_DEPTH} levels", "give it a shorter name", member)
-        inner = _nested(member, below) if isinstance(member.content, dict) else member
+        inner = nested(member, below) if whole and isinstance(member.content, dict) else member
         for step in reversed(steps):
             inner = Value({step: inner}, member.origin, member.key)
         members[first] = members[first].merged(inner) if first in members else inner

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path
 
-from busflow.errors import Problem
+from busflow.errors import LaunchError, Problem
 from busflow.launchfile.load.arguments import bind
 from busflow.launchfile.load.build import variables
 from busflow.launchfile.load.build_network import anchored
@@ -18,6 +18,7 @@ from busflow.launchfile.load.files import Files
 from busflow.launchfile.load.groups import Included, flattened
 from busflow.launchfile.load.merge import Part, compose, full_key, joined, named, overlaid
 from busflow.launchfile.load.override import SETTABLE
+from busflow.launchfile.load.parameter_file import nested
 from busflow.launchfile.load.profiles import chosen
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.key_faults import checked
@@ -101,6 +102,8 @@ def _inner(include: Included, file: LaunchFile, problems: Problems) -> LaunchFil
 def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Scope, files: Files) -> Value:
     """Return a file or group with the content of each node's `parameters_from` merged under its `parameters`.
 
+    Dotted names among these become groups.
+
     Args:
         graph: The file or group.
         namespace: Its full namespace.
@@ -109,7 +112,7 @@ def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Sco
         files: Reads them.
     """
     for key, node in graph.section("nodes").items():
-        if "parameters_from" in node.members:
+        if "parameters_from" in node.members or any("." in name for name in node.section("parameters")):
             name = full_key(key, node, namespace)
             graph = graph.with_member(("nodes", key), _completed(node, name, folder, scope, files))
     for name, group in graph.section("groups").items():
@@ -119,15 +122,25 @@ def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Sco
     return graph
 
 
+def _nested(parameters: Value, problems: Problems) -> Value:
+    """Return parameters with dotted names as groups; report those that are too deep, and leave them out."""
+    try:
+        return nested(parameters, whole=False) if isinstance(parameters.content, dict) else parameters
+    except LaunchError as error:
+        problems.add(*error.problems)
+        return parameters.without_any((name,) for name in parameters.members if "." in name)
+
+
 def _completed(node: Value, name: str, folder: Path, scope: Scope, files: Files) -> Value:
-    stated, own = node.members["parameters_from"], node.members.get("parameters")
+    stated, own = node.members.get("parameters_from"), node.members.get("parameters")
     layers: list[Value] = []
-    for value in stated.content if isinstance(stated.content, list) else [stated]:
+    for value in () if stated is None else stated.content if isinstance(stated.content, list) else [stated]:
         found = files.parameters(Path(os.path.normpath(folder / str(value.content))), value, name, scope)
         if found is not None:
             layers.append(found)
     if own is not None and own.content is not None:
         layers.append(own)
+    layers = [_nested(each, files.problems) for each in layers]
     merged = reduce(Value.merged, layers) if layers else Value({}, node.origin)
     return node.without(("parameters_from",)).with_member(("parameters",), merged)
 

@@ -29,6 +29,23 @@ def test_parameters_override_their_parameter_files(folder):
     assert [str(place) for place in value.origin.included_from] == ["lab1.yaml:5:40"]
 
 
+def test_dotted_parameters_are_groups(folder):
+    """In the launch file and in a plain parameter file; in a mapping, which may be a value, a dot is only a letter."""
+    folder.write("noise.imu: 1\nnoise.joints: 1\n", "config/one.yaml")
+    found = node(
+        folder,
+        TALKER + "    parameters_from: config/one.yaml\n    parameters: {noise.imu: 3, gains: {left.knee: 2}}\n",
+    )
+    assert found.parameters.data == {"noise": {"imu": 3, "joints": 1}, "gains": {"left.knee": 2}}
+    value = found.parameters.find(("noise", "imu"))
+    assert value is not None
+    assert str(value.origin) == "lab1.yaml:5:29"
+    deep = ".".join(["a"] * 100)
+    folder.write(TALKER + f"    parameters: {{{deep}: 1, b: 2}}\n")
+    found, problems = examine("lab1.yaml", environment={})
+    assert "nested deeper than" in problems[0].render()
+
+
 def test_wrong_expression_in_parameter_file_removes_its_parameter(folder):
     folder.write("a: ${args.nope}\nb: 1\n", "joints.yaml")
     folder.write(TALKER + "    parameters_from: joints.yaml\n")
