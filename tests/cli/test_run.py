@@ -241,7 +241,7 @@ def test_signal_ends_the_run_with_its_table(number: signal.Signals, code: int):
         (["test", "talk.yaml", "--set", "nodes.talker.parameters.fail_at=2"], ExitCode.FAILED),
     ],
 )
-def test_no_reader_of_the_table_changes_no_exit_code(command, code):
+def test_exit_code_stays_without_a_reader(command, code):
     reader, writer = os.pipe()
     os.close(reader)
     done = subprocess.run([*BUSFLOW, *command], stdout=writer, stderr=subprocess.PIPE)
