@@ -1,8 +1,9 @@
 /** Banners: what must be seen above the panels: the end of the run, a lost connection, the server's warnings. */
-import type { EndedRun, Run } from "../connection/answers";
+import type { EndedRun, Graph, Run } from "../connection/answers";
 import type { Session, Status } from "../store/session";
-import { durationText, secondsText } from "../store/text";
+import { countText, durationText, secondsText } from "../store/text";
 import { Icon } from "../controls/icons";
+import { endRows, failures } from "./end_table";
 
 /** Statuses that are shown otherwise: in the top bar, and as the state of the run. */
 const OWN_PLACE: ReadonlySet<string> = new Set(["drops", "run"]);
@@ -24,9 +25,9 @@ export function Banners({ session }: { readonly session: Session }) {
           What you see is the last that was known. The page connects again by itself.
         </Banner>
       )}
-      {run !== null && ended !== undefined && <EndOfRun run={run} ended={ended} />}
+      {run !== null && ended !== undefined && <EndOfRun run={run} ended={ended} graph={session.graph.value?.graph ?? null} />}
       {run?.silent_s !== undefined && state.phase === "open" && (
-        <Banner tone="bad" title={`The run does not answer since ${secondsText(run.silent_s)}.`}>
+        <Banner tone="bad" title={`The run has not answered for ${secondsText(run.silent_s)}.`}>
           A handler may block its event loop. The page goes on as soon as it answers.
         </Banner>
       )}
@@ -51,7 +52,14 @@ function Banner({ tone, title, children }: BannerProps) {
   );
 }
 
-function EndOfRun({ run, ended }: { readonly run: Run; readonly ended: EndedRun }) {
+interface EndProps {
+  readonly run: Run;
+  readonly ended: EndedRun;
+  /** The graph as it was last seen. */
+  readonly graph: Graph | null;
+}
+
+function EndOfRun({ run, ended, graph }: EndProps) {
   const code = ended.exit_code ?? null;
   const report = ended.report ?? "";
   const isBad = code !== null && code !== 0;
@@ -64,15 +72,63 @@ function EndOfRun({ run, ended }: { readonly run: Run; readonly ended: EndedRun 
         {after}.
       </strong>{" "}
       <span>The page shows the next run of this name as soon as there is one.</span>
-      {report !== "" && (
-        <details open>
-          <summary>Its report</summary>
-          <pre class="mono report" tabIndex={0}>
-            {report}
-          </pre>
-        </details>
-      )}
+      {report === "" ? graph !== null && <LastSeen graph={graph} /> : <Report text={report} />}
     </div>
+  );
+}
+
+function Report({ text }: { readonly text: string }) {
+  return (
+    <details open>
+      <summary>Its report</summary>
+      <pre class="mono report" tabIndex={0}>
+        {text}
+      </pre>
+    </details>
+  );
+}
+
+/** What each topic had counted when the run was last seen, and which nodes had failed. */
+function LastSeen({ graph }: { readonly graph: Graph }) {
+  const rows = endRows(graph);
+  if (rows.length === 0) return null;
+  return (
+    <details open>
+      <summary>As last seen</summary>
+      {failures(graph).map((failure) => (
+        <p key={failure} class="bad">
+          {failure}
+        </p>
+      ))}
+      <div class="report" tabIndex={0} role="region" aria-label="Topics as last seen">
+        <table class="table">
+          <thead>
+            <tr>
+              <th scope="col">topic</th>
+              <th scope="col" class="number">
+                published
+              </th>
+              <th scope="col" class="number">
+                delivered
+              </th>
+              <th scope="col" class="number">
+                dropped
+              </th>
+            </tr>
+          </thead>
+          <tbody>
+            {rows.map(({ topic, published, delivered, dropped }) => (
+              <tr key={topic}>
+                <td class="mono">{topic}</td>
+                <td class="number">{countText(published)}</td>
+                <td class="number">{delivered === null ? "–" : countText(delivered)}</td>
+                <td class={`number ${(dropped ?? 0) > 0 ? "bad" : ""}`}>{dropped === null ? "–" : countText(dropped)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </details>
   );
 }
 

@@ -19,7 +19,7 @@ export function Workspace({ session, layout }: WorkspaceProps) {
   const isAlone = columns.flat().length === 1;
   const { view } = layout.value;
   return (
-    <div class="workspace">
+    <div class={`workspace ${isStale(session) ? "stale" : ""}`}>
       {columns.map((places, column) => (
         <div class="column" key={`${view} ${column}`}>
           {places.map((place, row) => (
@@ -36,6 +36,12 @@ export function Workspace({ session, layout }: WorkspaceProps) {
       ))}
     </div>
   );
+}
+
+/** Whether the panels show what was, because the run has ended, hangs, or is out of reach. */
+function isStale(session: Session): boolean {
+  const run = session.run.value;
+  return !session.isOpen.value || run?.ended !== undefined || run?.silent_s !== undefined;
 }
 
 interface FrameProps {
