@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SOCKET = "/ws"
 """Path of the WebSocket."""
-_EMBEDDED = re.compile(r"/components\.js|/chunk-[\w-]+\.js")
+_EMBEDDED = re.compile(r"/components\.js|/app\.css|/chunk-[\w-]+\.js")
 """Paths of the panels that a page of another site embeds."""
 _HERE = Path(__file__).parent
 _PLACES = (_HERE / "static", _HERE.parents[1] / "page" / "dist")

@@ -32,6 +32,7 @@ class Heartbeat:
         """
         self._peer, self._is_watched, self._on_change = peer, is_watched, on_change
         self._clock = SystemClock()
+        self._is_silent = False
         self._asking = ThreadPoolExecutor(1, "busflow-ui-heartbeat")
 
     async def keep(self) -> None:
@@ -44,13 +45,13 @@ class Heartbeat:
     async def _beat(self) -> None:
         asked_s = self._clock.seconds()
         asking = asyncio.get_running_loop().run_in_executor(self._asking, self._ask)
-        is_silent = False
         while not asking.done():
             await asyncio.wait([asking], timeout=_PATIENCE_S)
             if not asking.done():
-                is_silent = True
+                self._is_silent = True
                 self._on_change(round(self._clock.seconds() - asked_s, 1))
-        if is_silent and asking.result():
+        if self._is_silent and asking.result():  # the question of a long silence fails; a later one is answered
+            self._is_silent = False
             self._on_change(None)
 
     def _ask(self) -> bool:

@@ -184,11 +184,12 @@ def test_a_recording_is_scrubbed_to_a_known_value(stage: Stage, screenshot: Keep
         with closing(stage.opened(shown)) as page:
             page.locator(".rail-item", has_text="Messages").click()
             page.locator(".topic-row", has_text="stability_index").click()
-            scrubber = page.locator("input[type=range]").last
+            page.wait_for_selector(".message:has-text('stability_index')")
+            scrubber = page.get_by_label("Moment of the recording")
             scrubber.focus()
             scrubber.press("End")
-            value = f"{known['message']['data']:.4f}" if "message" in known else ""
-            page.wait_for_selector(f".message:has-text('{value[:6]}')", timeout=PATIENCE_MS)
+            value = str(known["message"]["data"])[:8]
+            page.wait_for_selector(f".message:has-text('{value}')", timeout=PATIENCE_MS)
             assert page.get_by_role("button", name="Call", exact=True).count() == 0
             screenshot(page, "recording")
     finally:
