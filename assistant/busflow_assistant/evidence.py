@@ -30,8 +30,7 @@ _RATE = either(
     r"\btimes (?:a|per|each)\b",
     rf"\b(?:every|each|per|once an?) (?:\w+ )?{_TIME}\b",
     rf"\b(?:once|twice) an? {_TIME}\b",
-    r"create_timer\(",
-    r"@timer\(",
+    r"(?:create_timer|@timer)\((?:[^()]*\W)?\d",
     _QUANTITY,
     r"/s\b",
 )
@@ -122,8 +121,6 @@ def fitness(question: AskedQuestion, unit: Citable) -> float:
         value += 0.25 * valued(question, unit)
     if AnswerKind.LIST in question.wanted:
         value += 0.3 * min(1.0, _items(text) / 3)
-    if text.endswith("?"):
-        value -= 0.3
     if text.endswith(":") and unit.passage.shape is PassageShape.PROSE and AnswerKind.METHOD not in question.wanted:
         value -= 0.1
     return value - _empty(question, unit)

@@ -15,7 +15,7 @@ from busflow_assistant.rank import Ranked
 
 RERANKED = 30
 """Units that are compared by meaning: a vector takes 10 to 20 ms the first time."""
-MEANING = 0.6
+MEANING = 0.3
 """How much the similarity counts beside the score of the terms."""
 _KEPT = 20_000
 """Vectors that are kept: 30 MB."""

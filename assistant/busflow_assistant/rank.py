@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from busflow_assistant.answer_kinds import AnswerKind
@@ -65,7 +65,22 @@ def rank(question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex
         _ranked(question, matched, weights, joined, unit=index.units[number], mean=index.mean_length)
         for number in numbers
     ]
-    return sorted(found, key=lambda each: (-each.score, each.unit.number))
+    numbered = any(each.term.word.replace(".", "").isdigit() for each in matched)
+    best = found if numbered else _without_repeats(found)
+    return sorted(best, key=lambda each: (-each.score, each.unit.number))
+
+
+def _without_repeats(found: Iterable[Ranked]) -> list[Ranked]:
+    """One of the lines of code or output that differ only in numbers: the first, which is the usual case."""
+    kept: dict[object, Ranked] = {}
+    for each in sorted(found, key=lambda each: each.unit.number):
+        words = frozenset(term for term in each.unit.own if not term[0].isdigit())
+        repeated = each.unit.passage.shape is PassageShape.CODE and len(words) > 1
+        key = (each.unit.page.name, words) if repeated else each.unit.number
+        before = kept.setdefault(key, each)
+        if each.score > before.score:
+            kept[key] = replace(before, score=each.score)
+    return list(kept.values())
 
 
 def _ranked(

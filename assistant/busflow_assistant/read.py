@@ -13,7 +13,7 @@ from busflow_assistant.passages import PassageShape
 from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import Ranked
 from busflow_assistant.search_index import Citable, SearchIndex, indent
-from busflow_assistant.words import raw_words, terms_of
+from busflow_assistant.words import raw_words, stem, terms_of
 
 _BODY = 9
 """Lines of a function, or a command with its output, at most."""
@@ -50,6 +50,23 @@ _NAMES: Mapping[str, tuple[re.Pattern[str], ...]] = {
     ),
 }
 """How code and output name things, by the stem of the word for them."""
+
+
+_ABOUT_ALL = frozenset(
+    stem(word)
+    for word in (
+        "communicate",
+        "communication",
+        "exchange",
+        "publish",
+        "subscribe",
+        "send",
+        "receive",
+        "message",
+        "data",
+    )
+)
+"""Words that do not restrict which of the names are asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,12 +166,7 @@ def names(
     kind = next((head for head in question.heads if head in _NAMES), None)
     if AnswerKind.LIST not in question.wanted or kind is None:
         return []
-    others = [
-        each
-        for each in matched
-        if kind not in each.term.stems and each.term.weight >= 0.6 and any(q >= 0.8 for q in each.variants.values())
-    ]
-    if others:
+    if any(_restricts(each, kind) for each in matched):
         return []
     blocks: defaultdict[int, list[tuple[Citable, frozenset[str]]]] = defaultdict(list)
     for number in sorted(scope):
@@ -162,6 +174,13 @@ def names(
         if unit.passage.shape is not PassageShape.HEADING and (named := frozenset(_named(kind, unit.text))):
             blocks[id(unit.passage)].append((unit, named))
     return list(_fewest([block for block in blocks.values() if block]))
+
+
+def _restricts(each: Matched, kind: str) -> bool:
+    """True if a word of the question says which of the names are asked for."""
+    if kind in each.term.stems or _ABOUT_ALL & set(each.term.stems):
+        return False
+    return each.term.weight >= 0.6 and any(quality >= 0.8 for quality in each.variants.values())
 
 
 def _named(kind: str, text: str) -> Iterator[str]:

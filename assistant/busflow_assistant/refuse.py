@@ -20,7 +20,7 @@ ELSEWHERE = 0.42
 """The least support on a page."""
 UNLIKE = 0.3
 """The similarity below which a unit speaks of something else, where its words leave room for doubt."""
-UNSURE = 0.6
+UNSURE = 0.5
 """The support below which they do."""
 NEARBY = 0.3
 """The least support of a passage whose heading a refusal names."""
@@ -42,7 +42,7 @@ def sufficient(question: AskedQuestion, matched: Sequence[Matched], best: Ranked
     """Return whether the best unit says what was asked."""
     if best.similarity is not None and best.similarity < UNLIKE and best.support < UNSURE:
         return False
-    if is_foreign(matched) or lacks(question, best.unit) is not None:
+    if is_foreign(matched) or _asks_for_unknown(question, matched) or lacks(question, best.unit) is not None:
         return False
     if AnswerKind.DIFFERENCE in question.wanted and any(_is_topic(each) and not each.variants for each in matched):
         return False
@@ -72,6 +72,13 @@ def is_foreign(matched: Sequence[Matched]) -> bool:
     named = [each for each in matched if each.term.weight >= 1.0]
     unknown = [each for each in named if not each.variants]
     return len(unknown) > 1 or 2 * len(unknown) >= max(1, len(named)) or any(each.term.literal for each in unknown)
+
+
+def _asks_for_unknown(question: AskedQuestion, matched: Sequence[Matched]) -> bool:
+    """True if the first word of what is asked for is not in the text: `focal` of "which focal length"."""
+    return (
+        any(not each.variants and question.heads[0] in each.term.stems for each in matched) if question.heads else False
+    )
 
 
 def _is_topic(each: Matched) -> bool:

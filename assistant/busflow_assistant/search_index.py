@@ -77,9 +77,14 @@ class SearchIndex:
                 near = _around(own, position, passage, page) | lead
                 unit = Citable(len(self.units), page, passage, span, counted, near, above, counted.total())
                 self.units.append(unit)
-                for term in counted if passage.shape is not PassageShape.HEADING else ():
+                for term in counted if _says_something(unit) else ():
                     self.postings[term].append(unit.number)
             lead = _lead(own, passage, lead)
+
+
+def _says_something(unit: Citable) -> bool:
+    """True if a unit may be an answer: no heading, and no question that the page asks itself."""
+    return unit.passage.shape is not PassageShape.HEADING and not unit.text.rstrip("*_\"'”)").endswith("?")
 
 
 def _around(own: Sequence[Counter[str]], position: int, passage: Passage, page: Page) -> frozenset[str]:

@@ -1,5 +1,7 @@
 """Questions are answered with the page's own words, or refused."""
 
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,6 +10,7 @@ from busflow_assistant.answer import AnswerScope, Reason
 from busflow_assistant.engine import Engine
 from busflow_assistant.markdown import read_page
 
+TESTS = Path(__file__).parent
 PAGE = """# The pump
 
 A pump moves water. It runs at 20 Hz, which suits small tanks.
@@ -29,7 +32,7 @@ Two seals wear out. A worn seal is replaced with `pump seal --new`.
 PUMP = Engine([read_page("pump.md", PAGE), read_page("other.md", "# Fans\n\nA fan moves air at 50 Hz.\n")])
 THREE = (
     ("What does the sensor processor node do?", "sensor_processor"),
-    ("How often does the sensor publisher publish data?", "10"),
+    ("How often does the sensor publisher publish data?", "0.1 s"),
     ("What topics does this lab use for communication?", "imu/data"),
 )
 
@@ -146,6 +149,22 @@ def test_questions_of_the_lab_on_pasted_text(ros2_lab: str, question, wanted):
     assert all(each in answer.text for each in wanted)
     for each in answer.citations:
         assert (each.page, ros2_lab[each.span.start : each.span.end]) == ("", each.text)
+
+
+@pytest.mark.parametrize(
+    ("question", "wanted"),
+    [
+        (THREE[0][0], ["publishes a balance state"]),
+        (THREE[1][0], ["at 10 Hz"]),
+        (THREE[2][0], ["/imu/data", "/joint_states", "/balance_state"]),
+    ],
+)
+def test_question_on_the_page_is_no_answer(question, wanted):
+    """The lab lists the three questions itself, and its code has a variable for the period."""
+    pasted = (TESTS / "pages/ros2_lab1_with_questions.txt").read_text(encoding="utf-8")
+    answer = Engine([]).ask(question, selection=pasted)
+    assert all(each in answer.text for each in wanted)
+    assert question not in answer.text
 
 
 def test_all_topics_are_found_in_code(ros2_lab: str):
