@@ -33,7 +33,7 @@ from busflow.interfaces.message import Message, ServiceType, type_name
 M = TypeVar("M", bound=Message)
 R = TypeVar("R")
 
-End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any]
+AnyEndpoint: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any]
 """One end of a topic or of a service."""
 
 
@@ -52,7 +52,7 @@ class Bus:
         self.services: dict[str, Service[Any, Any]] = {}
         self.on_attach: list[Callable[[Any], None]] = []
         """Called with every new endpoint, timer and parameter store, before it is used."""
-        self.on_detach: list[Callable[[End], None]] = []
+        self.on_detach: list[Callable[[AnyEndpoint], None]] = []
         """Called with every endpoint that leaves."""
         self.clock: Clock = clock or SystemClock()
         self.dispatcher: Dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)

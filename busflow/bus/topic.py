@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from busflow.clock import Clock
 
 M = TypeVar("M", bound=Message)
-E = TypeVar("E", bound="End")
+E = TypeVar("E", bound="TopicEndpoint")
 
 
-class End(Protocol):
+class TopicEndpoint(Protocol):
     """An endpoint as its topic sees it: the members that the topic uses."""
 
     endpoint: Endpoint
@@ -36,7 +36,7 @@ class End(Protocol):
     def report_changes(self) -> None: ...  # noqa: D102  # documented in Publisher and Subscription
 
 
-class TopicPublisher(End, Protocol):
+class TopicPublisher(TopicEndpoint, Protocol):
     """A publisher as its topic sees it."""
 
     published: int
@@ -50,7 +50,7 @@ class TopicPublisher(End, Protocol):
     def statistics(self) -> PublisherStatistics: ...  # noqa: D102  # as above
 
 
-class Receiver(End, Protocol):
+class Receiver(TopicEndpoint, Protocol):
     """A subscription as its topic sees it."""
 
     idle: bool
@@ -286,7 +286,7 @@ class Topic(DeliverySource, Generic[M]):
         ends[ends.index(old)] = new
         self._notify_left(old)
 
-    def _notify_left(self, end: End) -> None:
+    def _notify_left(self, end: TopicEndpoint) -> None:
         self.rebuild()
         for on_leave in self._on_leave:
             on_leave(end)

@@ -1,4 +1,4 @@
-"""Ends: the endpoints and timers of one node, from their declaration on.
+"""NodeEndpoints: the endpoints and timers of one node, from their declaration on.
 
 They are connected to the bus before the node's `start`, opened after it, closed before its `stop`, and leave after
 that. After a restart, an endpoint that is declared as before takes the place of its predecessor, with its queue, counts
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from busflow.bus.bus import Bus
     from busflow.node.callbacks import EventHandler
 
-End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
-Attached: TypeAlias = End | ParameterStore
+EndpointOrTimer: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
+Attached: TypeAlias = EndpointOrTimer | ParameterStore
 """The parts of a node that a bus announces when they are attached."""
 E = TypeVar("E", Publisher[Any], Subscription[Any])
 
 
-class Ends:
+class NodeEndpoints:
     """The endpoints and timers of one instance of a node; a restart makes new ones."""
 
     def __init__(self, life: NodeLifetime) -> None:
@@ -47,9 +47,9 @@ class Ends:
         """Called at the node's first message, if another node waits for that."""
         self.bus: Bus | None = None
         self._life = life
-        self._predecessor: Ends | None = None
+        self._predecessor: NodeEndpoints | None = None
 
-    def add(self, end: End) -> None:
+    def add(self, end: EndpointOrTimer) -> None:
         """Add an endpoint or timer, and connect and open it at once if the others are."""
         if self.bus is not None:
             self._connect(end, self.bus)
@@ -70,13 +70,13 @@ class Ends:
 
     # Connecting.
 
-    def connect(self, bus: Bus, predecessor: Ends | None = None) -> None:
+    def connect(self, bus: Bus, predecessor: NodeEndpoints | None = None) -> None:
         """Connect all to the bus, in place of a predecessor's after a restart."""
         self.bus, self._predecessor = bus, predecessor
         for end in (*self.publishers, *self.subscriptions, *self.servers, *self.clients, *self.timers):
             self._connect(end, bus)
 
-    def _connect(self, end: End, bus: Bus) -> None:
+    def _connect(self, end: EndpointOrTimer, bus: Bus) -> None:
         match end:
             case Publisher():
                 self._connect_publisher(end, bus)
@@ -142,7 +142,7 @@ class Ends:
         if predecessor is not None:
             predecessor.leave()
 
-    def _open(self, end: End) -> None:
+    def _open(self, end: EndpointOrTimer) -> None:
         if isinstance(end, Subscription | Server):
             pump = end.open()
             if pump is not None:
@@ -150,7 +150,7 @@ class Ends:
         elif isinstance(end, Timer):
             end.open()
 
-    def _listen(self, end: End) -> None:
+    def _listen(self, end: EndpointOrTimer) -> None:
         """Report events to the node from now on, and the current state at once."""
         if self.listeners and isinstance(end, Publisher | Subscription):
             end.on_event = self._notify
@@ -184,7 +184,7 @@ class Ends:
         for publisher in tuple(self.publishers):
             publisher.close()
 
-    def hand_over(self) -> Ends:
+    def hand_over(self) -> NodeEndpoints:
         """Close the clients; return publishers and subscriptions for a successor, with those left by a predecessor."""
         predecessor, self._predecessor = self._predecessor, None
         for client in self.clients:

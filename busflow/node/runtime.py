@@ -29,7 +29,7 @@ from busflow.node.declarations import (
     TimerDeclaration,
     checked_service_type,
 )
-from busflow.node.endpoints import Ends
+from busflow.node.endpoints import NodeEndpoints
 from busflow.node.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole, declarations_of
 from busflow.node.lifetime import NodeLifetime
 from busflow.node.parameter_events import ParameterEvents
@@ -62,7 +62,7 @@ class NodeRuntime:
         self.full_name: str = names.fully_qualified(name, "/")  # raises for an invalid name
         """The name with its namespace, from `declare` on."""
         self.life: NodeLifetime = NodeLifetime(type(node).__name__, self.full_name, self.close)
-        self.ends: Ends = Ends(self.life)
+        self.endpoints: NodeEndpoints = NodeEndpoints(self.life)
         self.parameters: ParameterStore = ParameterStore(node, self.full_name)
         self.parameter_events: ParameterEvents
         """Exists from `declare` on."""
@@ -113,8 +113,8 @@ class NodeRuntime:
         self._check_listeners()
 
     def _check_listeners(self) -> None:
-        topics = {each.topic for each in (*self.ends.publishers, *self.ends.subscriptions)}
-        for listener in self.ends.listeners:
+        topics = {each.topic for each in (*self.endpoints.publishers, *self.endpoints.subscriptions)}
+        for listener in self.endpoints.listeners:
             if listener.topic not in topics:
                 raise InvalidDeclaration(
                     f"{listener.origin} listens for events of {listener.topic}, which the node neither publishes nor "
@@ -142,7 +142,8 @@ class NodeRuntime:
                     self.create_service(role.type, role.service, bound, depth=role.depth, origin=origin, line=line)
                 else:
                     topic = self._resolve(role.topic).name
-                    self.ends.listeners.append(EventHandler(topic, declared.event_type(), bound, origin, self.life))
+                    handler = EventHandler(topic, declared.event_type(), bound, origin, self.life)
+                    self.endpoints.listeners.append(handler)
         if isinstance(declared, TimerDeclaration):
             bound = declared.function.__get__(self.node)
             period = declared.period(self.node.parameters)
@@ -158,7 +159,7 @@ class NodeRuntime:
         """Create a publisher; it is connected at once if the node is."""
         layers = self.surroundings.publisher_qos
         publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin, line))
-        self.ends.add(publisher)
+        self.endpoints.add(publisher)
         return publisher
 
     def create_subscription(
@@ -177,14 +178,14 @@ class NodeRuntime:
         layers = self.surroundings.subscription_qos
         endpoint = self._endpoint(message_type, topic, qos, layers, origin, line)
         subscription = Subscription(message_type, endpoint, handler)
-        self.ends.add(subscription)
+        self.endpoints.add(subscription)
         return subscription
 
     def create_timer(self, period_s: float | Fraction, handler: TimerHandler, *, name: str, missed: Missed) -> Timer:
         """Create a timer; it ticks at once if the node has started."""
         self._refuse_after_the_end(f"timer {name}")
         timer = Timer(period_s, handler, name=name, node=self.full_name, missed=missed)
-        self.ends.add(timer)
+        self.endpoints.add(timer)
         return timer
 
     def create_service(
@@ -200,7 +201,7 @@ class NodeRuntime:
         """Create a server; it is connected at once if the node is."""
         endpoint = self._service_endpoint(service_type, service, origin, line)
         server = Server[Any, Any](endpoint.type, endpoint, handler, depth=depth)
-        self.ends.add(server)
+        self.endpoints.add(server)
         return server
 
     def create_client(
@@ -209,7 +210,7 @@ class NodeRuntime:
         """Create a client; it is connected at once if the node is."""
         endpoint = self._service_endpoint(service_type, service, origin, line)
         client = Client[Any, Any](endpoint.type, endpoint)
-        self.ends.add(client)
+        self.endpoints.add(client)
         return client
 
     def _service_endpoint(self, service_type: Any, service: str, origin: str, line: Line | None) -> ServiceEndpoint:
@@ -256,7 +257,7 @@ class NodeRuntime:
         self._bus, self.life.dispatcher = bus, bus.dispatcher
         bus.announce(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
-        self.ends.connect(bus, predecessor.ends.hand_over() if predecessor else None)
+        self.endpoints.connect(bus, predecessor.endpoints.hand_over() if predecessor else None)
 
     @property
     def bus(self) -> Bus:
@@ -268,32 +269,31 @@ class NodeRuntime:
     @property
     def is_busy(self) -> bool:
         """True if the node has anything left to do besides its `run`: to react, to answer, to serve late joiners."""
-        return self.life.tasks > 0 or self.ends.keep_busy
+        return self.life.tasks > 0 or self.endpoints.keep_busy
 
     def statistics(self) -> NodeStatistics:
         """Return the current counts of the node's endpoints, tasks and parameters."""
-        ends = self.ends
         return NodeStatistics(
             node=self.full_name,
-            publishers=tuple(each.statistics() for each in ends.publishers),
-            subscriptions=tuple(each.statistics() for each in ends.subscriptions),
-            servers=tuple(each.statistics() for each in ends.servers),
-            clients=tuple(each.statistics() for each in ends.clients),
-            timers=tuple(each.statistics() for each in ends.timers),
+            publishers=tuple(each.statistics() for each in self.endpoints.publishers),
+            subscriptions=tuple(each.statistics() for each in self.endpoints.subscriptions),
+            servers=tuple(each.statistics() for each in self.endpoints.servers),
+            clients=tuple(each.statistics() for each in self.endpoints.clients),
+            timers=tuple(each.statistics() for each in self.endpoints.timers),
             tasks=self.life.tasks,
             parameters_set=self.parameters.times_set,
         )
 
     def open(self) -> None:
         """Start to deliver messages, answer requests and tick."""
-        self.ends.open()
+        self.endpoints.open()
         self.parameter_events.open()
         for handler in self._parameter_handlers:
             handler.catch_up()
 
     def close(self) -> None:
         """Stop delivering, answering and ticking; new messages stay queued and counted, waiting calls fail at once."""
-        self.ends.close()
+        self.endpoints.close()
 
     def end(self) -> None:
         """Refuse to create more; publishers and subscriptions stay attached, for a restart or for `disconnect`."""
@@ -301,12 +301,12 @@ class NodeRuntime:
 
     def discard_queued(self, reason: str) -> None:
         """Drop what its subscriptions have not handled, so that a later start begins with new messages."""
-        for subscription in self.ends.subscriptions:
+        for subscription in self.endpoints.subscriptions:
             subscription.discard_queued(reason)
 
     def disconnect(self) -> None:
         """Leave every topic and service; iterations over subscriptions end."""
-        self.ends.leave()
+        self.endpoints.leave()
         self._ended = True
 
     def _on_parameters(self, old: Parameters, result: SetResult) -> None:

@@ -457,7 +457,7 @@ class Graph:
             nodes=tuple(unit.statistics() for unit in self.units),
             topics=topic_reports(self.bus),
             services=service_reports(self.bus),
-            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.ends.timers),
+            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.endpoints.timers),
             inbox_dropped=self.bus.inbox.dropped,
             inbox_refused=self.bus.inbox.refused,
             blocks=self.watchdog.statistics() if self.watchdog else (),

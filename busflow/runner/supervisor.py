@@ -298,11 +298,12 @@ class Unit:
         return self._condition_events[condition]
 
     def _observe_first_message(self) -> None:
-        self.runtime.ends.on_first = lambda: self._meet(Condition.FIRST_MESSAGE)
-        for publisher in self.runtime.ends.publishers:  # of a running node, if a node that was added later waits for it
+        self.runtime.endpoints.on_first = lambda: self._meet(Condition.FIRST_MESSAGE)
+        # Of a running node, if a node that was added later waits for it.
+        for publisher in self.runtime.endpoints.publishers:
             if publisher.published:
                 self._meet(Condition.FIRST_MESSAGE)
-            publisher.on_first = self.runtime.ends.on_first
+            publisher.on_first = self.runtime.endpoints.on_first
             publisher.adjust()
 
     def _meet(self, condition: Condition) -> None:
@@ -400,7 +401,7 @@ class Unit:
             self.runtime = rebuild(predecessor, predecessor.node.parameters, life)
             self.runtime.life.on_failure = self._failed
             if Condition.FIRST_MESSAGE not in self.met:
-                self.runtime.ends.on_first = predecessor.ends.on_first
+                self.runtime.endpoints.on_first = predecessor.endpoints.on_first
             self.node = self.runtime.node
             self._overseer.on_restart(self)
             self.runtime.connect(predecessor.bus, predecessor)

@@ -256,7 +256,7 @@ async def test_handler_stopped_while_it_awaits_is_no_failure():
 @virtual_time
 async def test_handler_of_an_event_names_its_node():
     async with harness(Warned) as lab:
-        (handler,) = runtime_of(lab.node(Warned)).ends.listeners
+        (handler,) = runtime_of(lab.node(Warned)).endpoints.listeners
         assert (handler.node, handler.topic) == ("/warned", "/numbers")
 
 

@@ -54,18 +54,18 @@ def declared(node, **around):
 async def test_names_are_expanded_within_the_namespace():
     runtime = declared(Relay(name="relay"), namespace="/left")
     assert runtime.full_name == "/left/relay"
-    assert [each.topic for each in runtime.ends.subscriptions] == ["/left/in", "/absolute"]
-    [out] = runtime.ends.publishers
+    assert [each.topic for each in runtime.endpoints.subscriptions] == ["/left/in", "/absolute"]
+    [out] = runtime.endpoints.publishers
     assert (out.topic, out.endpoint.written, out.endpoint.node) == ("/left/relay/out", "~/out", "/left/relay")
-    assert [each.endpoint.origin for each in runtime.ends.subscriptions] == ["Relay.incoming", "Relay.hear"]
-    assert [(each.node, each.name) for each in runtime.ends.timers] == [("/left/relay", "tick")]
+    assert [each.endpoint.origin for each in runtime.endpoints.subscriptions] == ["Relay.incoming", "Relay.hear"]
+    assert [(each.node, each.name) for each in runtime.endpoints.timers] == [("/left/relay", "tick")]
 
 
 @virtual_time
 async def test_a_remap_gives_the_name_and_counts_used():
     runtime = declared(Relay(), remaps={"in": "/sensors/in", "~/out": "result", "unused": "nothing"})
-    assert [each.topic for each in runtime.ends.subscriptions] == ["/sensors/in", "/absolute"]
-    assert [(each.topic, each.endpoint.remap_rule) for each in runtime.ends.publishers] == [("/result", "~/out")]
+    assert [each.topic for each in runtime.endpoints.subscriptions] == ["/sensors/in", "/absolute"]
+    assert [(each.topic, each.endpoint.remap_rule) for each in runtime.endpoints.publishers] == [("/result", "~/out")]
     assert runtime.used_remaps == {"in", "~/out"}
 
 
@@ -78,10 +78,10 @@ async def test_qos_layers_apply_field_by_field():
     runtime = declared(
         Relay(), publisher_qos=lambda topic: layers.get(topic, ()), subscription_qos=lambda topic: layers.get(topic, ())
     )
-    incoming, hear = (each.endpoint.qos for each in runtime.ends.subscriptions)
+    incoming, hear = (each.endpoint.qos for each in runtime.endpoints.subscriptions)
     assert (incoming.depth, incoming.overflow, incoming.reliability) == (5, "drop_newest", "reliable")
     assert (hear.depth, hear.overflow) == (10, "drop_oldest")
-    [out] = (each.endpoint.qos for each in runtime.ends.publishers)
+    [out] = (each.endpoint.qos for each in runtime.endpoints.publishers)
     assert (out.depth, out.reliability) == (6, "best_effort")
 
 
@@ -114,7 +114,7 @@ async def test_declaring_connects_nothing_and_connecting_hands_over_nothing():
     saying.connect(bus)
     saying.node.numbers.publish(Number())
     await asyncio.get_running_loop().settle()
-    assert (hearing.node.heard, len(hearing.ends.subscriptions[0].queue)) == (0, 1)
+    assert (hearing.node.heard, len(hearing.endpoints.subscriptions[0].queue)) == (0, 1)
     hearing.open()
     await asyncio.get_running_loop().settle()
     assert hearing.node.heard == 1
@@ -410,11 +410,11 @@ async def test_losses_of_one_moment_are_one_event():
 async def test_closed_endpoints_share_one_line_of_the_ledger():
     async with graph_of(Source) as graph:
         node = graph.node(Source)
-        before = len(runtime_of(node).ends.subscriptions), len(runtime_of(node).ends.publishers)
+        before = len(runtime_of(node).endpoints.subscriptions), len(runtime_of(node).endpoints.publishers)
         for _ in range(100):
             node.create_subscription(Number, "many").close()
             node.create_publisher(Number, "many").close()
-        assert (len(runtime_of(node).ends.subscriptions), len(runtime_of(node).ends.publishers)) == before
+        assert (len(runtime_of(node).endpoints.subscriptions), len(runtime_of(node).endpoints.publishers)) == before
         assert len([line for line in graph.bus.ledger() if line.topic == "/many"]) == 1
 
 
@@ -427,7 +427,7 @@ async def test_runtime_drops_its_queued_messages():
     source.connect(bus)
     source.create_publisher(Number, "/in", None, origin="here").publish(Number())
     runtime.discard_queued("stopped")
-    incoming = runtime.ends.subscriptions[0].statistics()
+    incoming = runtime.endpoints.subscriptions[0].statistics()
     assert (incoming.topic, incoming.published, incoming.queued, incoming.drops) == ("/in", 1, 0, {"stopped": 1})
 
 

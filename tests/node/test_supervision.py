@@ -265,7 +265,7 @@ async def test_a_restarted_node_uses_its_current_parameters():
         await asyncio.sleep(0.2)
         node = graph.node(Tuned)
         assert node.parameters.rate_hz == 9
-        assert [each.topic for each in node._runtime.ends.publishers] == ["/fast"]
+        assert [each.topic for each in node._runtime.endpoints.publishers] == ["/fast"]
         assert graph.bus.topics["/slow"].subscriptions == []
         assert state(graph, "/tuned").parameters_set == 1
     assert balanced(graph)

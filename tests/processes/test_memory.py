@@ -81,7 +81,7 @@ async def test_restart_keeps_values_sources_and_declarations():
     node, parameters, logged = next_life(Memory(told))
     assert node.parameters.noise.imu == float("inf")
     assert node.parameters.limits == Noise(imu=1.0)
-    assert [each.topic for each in runtime_of(node).ends.publishers] == ["/beats", "/more"]
+    assert [each.topic for each in runtime_of(node).endpoints.publishers] == ["/beats", "/more"]
     assert parameters["noise.imu"] == (float("inf"), "set at run time")
     assert parameters["noise.joints"] == (0.0, "default")
     assert parameters["rate_hz"] == (10.0, "default")

@@ -38,22 +38,22 @@ class PlannedNode:
     @property
     def publishers(self) -> list[Endpoint]:
         """Endpoints that the node publishes on."""
-        return [each.endpoint for each in self.runtime.ends.publishers]
+        return [each.endpoint for each in self.runtime.endpoints.publishers]
 
     @property
     def subscriptions(self) -> list[Endpoint]:
         """Endpoints that the node receives on."""
-        return [each.endpoint for each in self.runtime.ends.subscriptions]
+        return [each.endpoint for each in self.runtime.endpoints.subscriptions]
 
     @property
     def servers(self) -> list[ServiceEndpoint]:
         """Services that the node answers."""
-        return [each.endpoint for each in self.runtime.ends.servers]
+        return [each.endpoint for each in self.runtime.endpoints.servers]
 
     @property
     def clients(self) -> list[ServiceEndpoint]:
         """Services that the node calls."""
-        return [each.endpoint for each in self.runtime.ends.clients]
+        return [each.endpoint for each in self.runtime.endpoints.clients]
 
     @property
     def trail(self) -> tuple[Place, ...]:

@@ -231,5 +231,5 @@ class Rerun:
         if self._clock.unmet:
             ticks = counted(self._clock.unmet, "tick of a timer was", "ticks of timers were")
             self.notes.append(f"{ticks} recorded where no timer waited")
-        if TICKS not in self._channels and any(unit.runtime.ends.timers for unit in self._graph.units):
+        if TICKS not in self._channels and any(unit.runtime.endpoints.timers for unit in self._graph.units):
             self.notes.append("the recording holds no ticks of timers: theirs began with it, and come before an input")

@@ -42,12 +42,12 @@ from busflow.wire.zenoh.qos_text import from_text, to_text
 from busflow.wire.zenoh.sender import SenderThread
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import End as AnyEnd
+    from busflow.bus.bus import AnyEndpoint
     from busflow.node.endpoints import Attached
     from busflow.runner.graph import Graph
     from busflow.wire.zenoh.run_directory import RunCard
 
-End = Publisher[Any] | Subscription[Any]
+MirroredEndpoint = Publisher[Any] | Subscription[Any]
 
 
 class Mirror:
@@ -178,7 +178,7 @@ class Mirror:
 
     def _wanted_of_rosout(self) -> Durability:
         """Return the durability that the nodes' subscriptions request of `/rosout`'s publisher."""
-        ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.ends.subscriptions]
+        ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.endpoints.subscriptions]
         latched = any(end.topic == ROSOUT and end.qos.latched for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 
@@ -198,7 +198,7 @@ class Mirror:
             self._log.warning(f"{origin} is not seen from other processes: {type(error).__name__}: {error}")
         self._presence.notify()
 
-    def _show(self, end: End) -> None:
+    def _show(self, end: MirroredEndpoint) -> None:
         topic = self._graph.bus.topics[end.topic]
         self._history.follow(topic)
         if isinstance(end, Publisher):
@@ -220,7 +220,7 @@ class Mirror:
             self._subscriptions[end] = self._subscriptions.pop(former)
         self._remote_publishers.serve(end, former)
 
-    def _on_detach(self, end: AnyEnd) -> None:
+    def _on_detach(self, end: AnyEndpoint) -> None:
         if isinstance(end, Publisher | Subscription):
             self._left.setdefault(end.endpoint.node, set()).add(end.topic)
         if isinstance(end, Publisher):
@@ -254,7 +254,7 @@ class Mirror:
             qos=qos,
         )
 
-    def _token_of(self, end: End) -> Token:
+    def _token_of(self, end: MirroredEndpoint) -> Token:
         kind = TokenKind.PUBLISHER if isinstance(end, Publisher) else TokenKind.SUBSCRIPTION
         endpoint = end.endpoint
         return self._token(kind, endpoint.node, end.topic, self._supports(end.type), to_text(endpoint.qos))
@@ -335,7 +335,7 @@ def _predecessor(end: Any, known: Mapping[Any, object], present: list[Any]) -> A
     return None
 
 
-def _place(end: End) -> object:
+def _place(end: MirroredEndpoint) -> object:
     return end.endpoint.node, end.topic, end.endpoint.origin
 
 

@@ -125,7 +125,7 @@ class Questions:
     def graph(self, _arguments: Mapping[str, Any]) -> object:
         """This process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere}`."""
         topics, inbox = self._graph.bus.topics.values(), self._graph.bus.inbox.statistics()
-        timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.ends.timers]
+        timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.endpoints.timers]
         external = {each.topic for spec in self._graph.descriptions for each in spec.topics if each.external}
         return {
             "process": self._process,
@@ -279,8 +279,8 @@ def _node(unit: Unit) -> dict[str, Any]:
         "depends_on": sorted(unit.supervision.depends_on),
         "failure_count": unit.failure_count,
         "failures": [unit.failure.summary] if unit.failure else [],
-        "publishers": _names(unit.runtime.ends.publishers),
-        "subscriptions": _names(unit.runtime.ends.subscriptions),
+        "publishers": _names(unit.runtime.endpoints.publishers),
+        "subscriptions": _names(unit.runtime.endpoints.subscriptions),
     }
 
 

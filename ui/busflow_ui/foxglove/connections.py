@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 if TYPE_CHECKING:
     from busflow.cli.commands import EndView, GraphView
 
-Ends: TypeAlias = Mapping[str, tuple[str, ...]]
+NodesByName: TypeAlias = Mapping[str, tuple[str, ...]]
 """Nodes by the name of the topic or service."""
 _OF_PARAMETERS = "rcl_interfaces/srv/"
 """Types of the six services for parameters that each node has; drawn, they would hide all other lines."""
@@ -21,9 +21,9 @@ _PARAMETER_EVENTS = "/parameter_events"
 class Connections:
     """Nodes at the endpoints of each topic and service; hidden ones and those for parameters are left out."""
 
-    published: Ends = field(default_factory=dict[str, tuple[str, ...]])
-    subscribed: Ends = field(default_factory=dict[str, tuple[str, ...]])
-    services: Ends = field(default_factory=dict[str, tuple[str, ...]])
+    published: NodesByName = field(default_factory=dict[str, tuple[str, ...]])
+    subscribed: NodesByName = field(default_factory=dict[str, tuple[str, ...]])
+    services: NodesByName = field(default_factory=dict[str, tuple[str, ...]])
 
     @classmethod
     def of(cls, graph: GraphView) -> Connections:
@@ -63,7 +63,7 @@ class Connections:
         }
 
 
-def _changed(now: Ends, former: Ends, word: str, names: Iterable[str]) -> list[dict[str, Any]]:
+def _changed(now: NodesByName, former: NodesByName, word: str, names: Iterable[str]) -> list[dict[str, Any]]:
     """Return each changed entry; a topic or service whose nodes have all gone has an empty list."""
     return [
         {"name": name, word: list(now.get(name, ()))}
