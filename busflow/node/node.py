@@ -68,12 +68,20 @@ class _RclpyName:
         raise AttributeError(f"{owner.__name__} has no {self._name}, which is rclpy's; here it is {_RCLPY[self._name]}")
 
 
+class _Unmade:
+    """Raises AttributeError where an `__init__` uses what Node's own has not made yet."""
+
+    def __get__(self, instance: object, owner: type) -> Never:
+        name = owner.__name__
+        raise AttributeError(f"{name}.__init__ must call super().__init__() before it uses the node; better, {NO_INIT}")
+
+
 class _RclpyNames:
-    """A class with rclpy's names, of which a node is one."""
+    """A class with rclpy's names, and what a node has only once it is made; of which a node is one."""
 
 
-for _name in _RCLPY:  # one by one, so that type checkers do not take them for attributes
-    setattr(_RclpyNames, _name, _RclpyName(_name))
+for _name in ("_runtime", *_RCLPY):  # one by one, so that type checkers do not take them for attributes
+    setattr(_RclpyNames, _name, _RclpyName(_name) if _name in _RCLPY else _Unmade())
 
 
 class Node(_RclpyNames):

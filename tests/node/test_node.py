@@ -522,3 +522,15 @@ def test_entry_points_of_new_distribution_are_found(tmp_path, monkeypatch):
     (offered / "entry_points.txt").write_text("[busflow.absent]\none = some:thing\n")
     monkeypatch.syspath_prepend(tmp_path)
     assert [each.name for each in entry_points.entry_points("busflow.absent")] == ["one"]
+
+
+def test_a_node_used_before_it_is_made_says_so():
+    class Hasty(Node):
+        def __init__(self):
+            self.log.info("hello")
+            super().__init__()
+
+    with pytest.raises(
+        AttributeError, match=r"^Hasty.__init__ must call super\(\).__init__\(\) before it uses the node"
+    ):
+        Hasty()

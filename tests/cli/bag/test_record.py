@@ -22,6 +22,7 @@ from busflow.msgs.std_msgs import Bool, String
 from busflow.recording.bag.bag import Bag
 from busflow.recording.replay.history import past_of
 from busflow.wire.client.client import join
+from busflow.wire.zenoh.keys import Token, TokenKind
 
 COMMAND = [sys.executable, "-m", "busflow", "bag", "record"]
 
@@ -35,6 +36,9 @@ class Secret(Message, package="lab"):
 def foreign(cls: type[Message]) -> ForeignType:
     support = TypeSupport(cls)
     return ForeignType(support.name, support.type_hash, support.description)
+
+
+BOOL = foreign(Bool).name, foreign(Bool).type_hash
 
 
 @pytest.mark.usefixtures("lab")
@@ -171,6 +175,19 @@ class TestLab:
         with join() as peer, peer.advertise("/outside", foreign(Bool)):
             assert main(["bag", "record", "-o", str(silent), "outside", "--for", "300ms"]) == 1
         assert capsys.readouterr().out == f"{silent}: nothing was recorded: nothing was published on 1 topic\n"
+
+    @pytest.mark.parametrize("qos", ["::,10:99999999999999,0:,:,,", "::,0:,:,:1,99999999999999,0", "::,-5:,:,:,,"])
+    def test_publisher_with_impossible_qos_ends_no_recording(self, tmp_path, capsys, qos):
+        path = tmp_path / "a.mcap"
+        with join() as peer, peer.advertise("/outside", foreign(Bool)):
+            end = Token(
+                str(peer.session.info.zid()), 0, 99, TokenKind.PUBLISHER, "/", "stranger", "/outside", *BOOL, qos
+            )
+            with peer.session.liveliness().declare_token(str(end)):
+                assert main(["bag", "record", "-o", str(path), "--all", "--for", "500ms"]) == 0
+        assert "Traceback" not in capsys.readouterr().err
+        with Bag(path) as bag:
+            assert bag.complete
 
     def test_builtin_type_is_recorded_without_a_node(self, tmp_path, capsys):
         bool_, secret = foreign(Bool), foreign(Secret)
