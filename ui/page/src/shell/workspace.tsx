@@ -58,7 +58,9 @@ function PanelFrame({ session, place, isAlone, onSettings, onClose }: FrameProps
   const Body = panel.component;
   return (
     <section class="panel" aria-label={panel.title}>
-      {!isAlone && (
+      {isAlone ? (
+        <h2 class="visually-hidden">{panel.title}</h2>
+      ) : (
         <header class="panel-head">
           <h2>{panel.title}</h2>
           <button type="button" class="button plain icon" aria-label={`Close ${panel.title}`} onClick={onClose}>

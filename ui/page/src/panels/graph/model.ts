@@ -21,7 +21,7 @@ export interface Vertex {
   readonly detail: string;
   readonly tone: Tone;
   readonly group: string | null;
-  /** What a screen reader says. */
+  /** What a screen reader says: what is drawn, word for word, and more. */
   readonly sentence: string;
 }
 
@@ -158,7 +158,7 @@ function nodeVertex(node: GraphNode, group: string | null): Vertex {
     detail: node.state,
     tone: toneOf(node.state),
     group,
-    sentence: `node ${node.name}, ${node.state}${restarts}`,
+    sentence: `node ${node.name} ${node.state}${restarts}`,
   };
 }
 
@@ -173,7 +173,7 @@ function topicVertex(topic: GraphTopic, rates: RateTable, group: string | null):
     detail,
     tone: "none",
     group,
-    sentence: `topic ${topic.name}, ${detail || "rate unknown"}, ${topic.type}`,
+    sentence: `topic ${topic.name} ${detail}, ${topic.type}`,
   };
 }
 
