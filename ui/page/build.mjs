@@ -35,6 +35,7 @@ if (watching) {
   await (await context(options)).watch();
 } else {
   const { metafile } = await build(options);
+  await rm(path.join(DIST, "components.css"), { force: true }); // the elements take the page's own styles
   await writeFile(path.join(DIST, "licences.json"), JSON.stringify(await licences(metafile)));
   await reportSizes();
 }

@@ -1,4 +1,17 @@
-/** The elements that a page of another origin may use: one script tag, then `<busflow-…>`. */
-import { PANELS } from "../panels/registry";
+/** The elements that a page of another origin may use: one script tag, then `<busflow-…>` with `server` and `token`. */
 
-for (const panel of PANELS) console.debug(panel.kind);
+import { GraphPanel } from "../panels/graph/graph_panel";
+import { LogPanel } from "../panels/log/log_panel";
+import { ParametersPanel } from "../panels/parameters/parameters_panel";
+import { Plot } from "../panels/plot/plot";
+import { linesOfField } from "../plots/settings";
+import { define } from "./element";
+
+define("busflow-graph", { component: GraphPanel, attributes: [], settingsOf: () => ({}) });
+define("busflow-log", { component: LogPanel, attributes: [], settingsOf: () => ({}) });
+define("busflow-parameters", { component: ParametersPanel, attributes: ["node"], settingsOf: ({ node }) => (node === undefined ? {} : { node }) });
+define("busflow-plot", {
+  component: Plot,
+  attributes: ["topic", "field"],
+  settingsOf: ({ topic, field }) => ({ lines: topic === undefined || field === undefined ? [] : linesOfField(topic, field) }),
+});

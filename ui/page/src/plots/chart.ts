@@ -210,7 +210,7 @@ export class Chart {
       fill: stroke,
       width: LINE_WIDTH,
       dash: [...dashOf(at)],
-      cap: "round",
+      cap: "butt",
       points: { show: false },
       paths: (plot) => pathOf(plot, drawn),
     };
@@ -273,6 +273,7 @@ function pathOf({ bbox, scales }: uPlot, { thinned, scale }: Drawn): uPlot.Serie
   const stroke = new Path2D();
   const lengthS = (times[count - 1] ?? 0) - (times[0] ?? 0);
   const dots = count * DOT_DISTANCE * devicePixelRatio < Math.min(bbox.width, lengthS * perSecond) ? new Path2D() : null;
+  const isDense = count > bbox.width;
   const radius = DOT_RADIUS * devicePixelRatio;
   let isBroken = true;
   for (let at = 0; at < count; at += 1) {
@@ -281,7 +282,7 @@ function pathOf({ bbox, scales }: uPlot, { thinned, scale }: Drawn): uPlot.Serie
       isBroken = true;
       continue;
     }
-    const left = bbox.left + ((times[at] ?? 0) - x.min) * perSecond;
+    const left = isDense ? Math.round(bbox.left + ((times[at] ?? 0) - x.min) * perSecond) : bbox.left + ((times[at] ?? 0) - x.min) * perSecond;
     const top = bbox.top + (y.max - value) * perUnit;
     if (isBroken) stroke.moveTo(left, top);
     stroke.lineTo(left, top);

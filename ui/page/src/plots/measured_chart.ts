@@ -10,7 +10,7 @@ import { Observation } from "./observation";
 const LINES = 20;
 const POINTS = 10_000;
 const SPAN_S = 30;
-const FRAMES = 60;
+const FRAMES = 30;
 
 /** Draws some frames; returns how many came in a second, and what the drawing of one costs. */
 async function measure(): Promise<{ framesPerSecond: number; drawnMs: number; points: number }> {

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { shownIn, withPlot, type Layout } from "../shell/layout";
-import { linesOf, withLine, withoutLine } from "./settings";
+import { linesOf, linesOfField, withLine, withoutLine } from "./settings";
 
 test("settings from an address are checked", () => {
   assert.deepEqual(linesOf({ lines: ["a.x", 5, null, "a.x", "b.y"] }), ["a.x", "b.y"]);
@@ -26,4 +26,8 @@ test("a full view takes no more plots", () => {
   const places = Array.from({ length: 12 }, () => ({ kind: "messages", settings: {} }));
   const layout: Layout = { view: "messages", views: { messages: [places] } };
   assert.deepEqual(withPlot(layout, "a.x"), layout);
+});
+
+test("an element plots several fields of a topic", () => {
+  assert.deepEqual(linesOfField("/imu/data", " linear_acceleration.x  position[hip] "), ["/imu/data.linear_acceleration.x", "/imu/data.position[hip]"]);
 });

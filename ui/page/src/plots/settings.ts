@@ -16,6 +16,11 @@ export function withLine(settings: Settings, address: string): Settings {
   return { ...settings, lines: [...new Set([...linesOf(settings), address])].slice(0, MOST_LINES) };
 }
 
+/** Returns the addresses of a topic's fields, which spaces separate; what is no path stays as it is, to be reported. */
+export function linesOfField(topic: string, fields: string): readonly string[] {
+  return fields.split(/\s+/).flatMap((field) => (field === "" ? [] : [`${topic}${field.startsWith("[") ? "" : "."}${field}`]));
+}
+
 export function withoutLine(settings: Settings, address: string): Settings {
   return { ...settings, lines: linesOf(settings).filter((each) => each !== address) };
 }
