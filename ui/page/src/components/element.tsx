@@ -15,7 +15,7 @@ export interface Embedded {
   readonly settingsOf: (attributes: Attributes) => Settings;
 }
 
-const HOST = ":host { display: block; min-height: 240px; } .embedded { display: flex; flex-direction: column; height: 100%; min-height: inherit; container-type: inline-size; }";
+const HOST = ":host { display: block; min-height: 320px; } .embedded { display: flex; flex-direction: column; height: 100%; min-height: inherit; container-type: inline-size; }";
 const ORIGIN = new URL(".", import.meta.url).href;
 let styles: Promise<CSSStyleSheet> | undefined;
 
@@ -32,8 +32,11 @@ function elementOf(embedded: Embedded): CustomElementConstructor {
     #key = "";
 
     connectedCallback(): void {
-      void adopt(this.#root);
-      this.#update();
+      const update = (): void => {
+        if (this.isConnected) this.#update();
+      };
+      // A plot takes its colours from the styles; without them the panel is plain, and works.
+      void adopt(this.#root).then(update, update);
     }
 
     disconnectedCallback(): void {

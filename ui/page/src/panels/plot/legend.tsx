@@ -44,7 +44,7 @@ export function Legend({ observation, opened, hoverS, onRemove }: Props) {
                 <svg class={`swatch series-${colourNumber(at)}`} viewBox="0 0 20 4" width="20" height="4" aria-hidden="true">
                   <path d="M0 2h20" class={`dash-${Math.floor(at / 8) % 4}`} />
                 </svg>{" "}
-                <span class="mono">{each.text}</span>
+                <span class="mono">{"line" in each ? each.line.text : each.text}</span>
                 {"line" in each && each.line.unit !== undefined && <span class="quiet"> {each.line.unit}</span>}
                 {faultOf(each) !== undefined && <span class="bad"> {faultOf(each)}</span>}
               </th>
