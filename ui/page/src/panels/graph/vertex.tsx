@@ -34,7 +34,8 @@ export function VertexShape({ vertex, box, isSelected, isDim, isTabStop, onSelec
       <rect width={box.width} height={box.height} rx={ROUNDING[vertex.kind]} />
       <text class="name" x="12" y={vertex.kind === "service" ? 18 : 19}>
         {vertex.label}
-      </text>{" "}
+      </text>
+      {" " /* or its name would be one word with what follows, as it is read aloud */}
       {vertex.kind === "node" && (
         <g transform="translate(12 27.5)">
           <SignPath tone={vertex.tone} />
