@@ -61,10 +61,8 @@ _STEPS = (
 _METHOD = re.compile(
     rf"\$ \w|--\w|:=|`[^`]*[(.=: ][^`]*`|\bpip install\b|^(?:[-*] )?[\"'`*]*(?:{_STEPS})\b|\bby\b|\bwith\b",
 )
-_SAYS = re.compile(
-    r"(?:\W*[\w.@~/-]+\W*){1,3}?\b(?:is|are|means?|stands? for|(?!as\b|its\b|this\b|has\b)[a-z]+[^s\W]s)\b"
-)
-"""A subject with its verb, as far as an ending shows."""
+_VERB = re.compile(r"is|are|means?|stands?|(?!as$|its$|this$|has$)[a-z]+[^s\W]s")
+"""A word that may be a verb, as far as an ending shows."""
 _POSSESSIVE = re.compile(r"\W*(?:Its|Their) ")
 _SPOKEN = re.compile(r"\"\"\"|\'\'\'|#|//|\w+: [A-Z]")
 """A line of code that is prose: a docstring, a comment, a data sheet's title."""
@@ -168,7 +166,7 @@ def _subject(question: AskedQuestion, unit: Citable) -> float:
     if unit.passage.shape is PassageShape.TABLE:
         return 0.4 * share + 0.2 if named[0] == 0 else 0.2 * share
     is_subject = named[0] <= 1 and not _POSSESSIVE.match(unit.text)
-    says = _SAYS.match(" ".join(re.findall(r"[^\s`*|]+", start))) is not None
+    says = any(_VERB.fullmatch(word) for word in re.findall(r"[^\s`*|]+", start)[1:4])
     return 0.4 * share + (0.4 if is_subject and says else 0.1)
 
 

@@ -7,7 +7,7 @@ import re
 from busflow_assistant.passages import Extent
 
 _END = re.compile(
-    r"[.!?…]+[)\"'”’*_`\]]*"
+    r"(?<![.!?…])[.!?…]++[)\"'”’*_`\]]*+"
     r"(?=\s+[\"'“‘(*_\[]*(?:[A-Z0-9/~@$<`-]|[a-z]+[_(./]))"  # what begins the next one: no word in lower case
 )
 _SHORT = re.compile(r"(?:\b(?:e\.g|i\.e|etc|cf|vs|approx|No|Fig|Dr|Mr|Ms|St)|\b[A-Z])\.$")

@@ -185,3 +185,16 @@ def test_any_question_has_verbatim_citations(question, selection):
 def test_markup_in_a_question_stays_text():
     answer = ask("<script>alert(1)</script> How often does the pump run?")
     assert "<script>" not in answer.text
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize(
+    "piece", ["-.", ".", "(", "[a](", "`a ", "a,", "a:", "<!--", "|", "a ==", "> ", "1 s ", "~~~\n"]
+)
+def test_hostile_text_holds_nothing_up(piece):
+    """A pattern that goes back and forth over such a text would take hours."""
+    text = f"pump {piece * (6_000 // len(piece))}"
+    page = Engine([read_page("p.md", text)])
+    assert page.ask("What does the pump do, and how often?", page="p.md").text
+    assert page.ask("What topics does the pump use?", selection=text).text
+    assert page.ask(text, page="p.md").text
