@@ -524,7 +524,7 @@ def test_entry_points_of_new_distribution_are_found(tmp_path, monkeypatch):
     assert [each.name for each in entry_points.entry_points("busflow.absent")] == ["one"]
 
 
-def test_a_node_used_before_it_is_made_says_so():
+def test_node_used_before_it_is_made_fails():
     class Hasty(Node):
         def __init__(self):
             self.log.info("hello")
