@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.errors import BagError, IncompleteRecording
+from busflow.errors import BagError, IncompleteRecording, NotRunning
 from busflow.launchfile.model.description import OnDrop
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.rosbag2_metadata import file_counts, write_metadata
@@ -148,10 +148,10 @@ class JointSnapshots(Extension):
             return
         text = f"the snapshot {printable(found.path)} is incomplete: {printable(found.why)}"
         if self._spec.on_drop is OnDrop.FAIL:
-            with suppress(Exception):
+            with suppress(NotRunning):  # the run is over, and too late to fail
                 self._graph.bus.call(lambda: self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)")))
-        else:
-            self._log.warning(text)
+                return
+        self._log.warning(text)
 
 
 def _joined(pending: _Pending, *, written: bool) -> SnapshotReport:
