@@ -2,9 +2,9 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import { Icon } from "../../controls/icons";
-import { EdgeShape, Markers } from "./edge";
+import { EdgeLabel, EdgeShape, Markers } from "./edge";
 import { useGestures } from "./gestures";
-import { bestLayout, structureOf, type Layout } from "./layout";
+import { bestLayout, structureOf, type Layout, type Route } from "./layout";
 import { measureText } from "./measure";
 import type { Edge, GraphModel, Vertex } from "./model";
 import { nearest, type Direction } from "./neighbours";
@@ -99,7 +99,7 @@ function Content({ model, layout, selected, matches, onSelect }: DrawingProps & 
         <EdgeShape
           key={edge.id}
           edge={edge}
-          points={layout.edges.get(edge.id) ?? []}
+          route={layout.edges.get(edge.id) ?? NOWHERE}
           flow={layout.flow}
           isSelected={edge.id === selected}
           isDim={related !== null && !related.has(edge.id)}
@@ -120,10 +120,16 @@ function Content({ model, layout, selected, matches, onSelect }: DrawingProps & 
           />
         );
       })}
+      {model.edges.map(({ id, label }) => {
+        const route = layout.edges.get(id);
+        if (label === null || route === undefined || (related !== null && !related.has(id))) return null;
+        return <EdgeLabel key={id} text={label} route={route} flow={layout.flow} />;
+      })}
     </>
   );
 }
 
+const NOWHERE: Route = { points: [], isArc: false };
 const RANKS = { silent: 0, flowing: 1, dropping: 2 };
 const silentFirst = (one: Edge, other: Edge): number => RANKS[one.look] - RANKS[other.look];
 

@@ -1,5 +1,5 @@
 /** Edges as they are drawn: grey and thin, as wide as their rate, or red and dashed with a label. */
-import { middleOf, pathOf, type Flow, type Point } from "./layout";
+import { middleOf, pathOf, type Flow, type Route } from "./layout";
 import type { Edge, EdgeLook } from "./model";
 
 const LOOKS: readonly EdgeLook[] = ["silent", "flowing", "dropping"];
@@ -30,30 +30,37 @@ export function Markers() {
 
 interface EdgeProps {
   readonly edge: Edge;
-  readonly points: readonly Point[];
+  readonly route: Route;
   readonly flow: Flow;
   readonly isSelected: boolean;
   readonly isDim: boolean;
   readonly onSelect: () => void;
 }
 
-export function EdgeShape({ edge, points, flow, isSelected, isDim, onSelect }: EdgeProps) {
-  const path = pathOf(points, flow);
+export function EdgeShape({ edge, route, flow, isSelected, isDim, onSelect }: EdgeProps) {
+  const path = pathOf(route, flow);
   const classes = ["edge", edge.kind, edge.look, isSelected && "selected", isDim && "dim"].filter(Boolean).join(" ");
   return (
     <g class={classes} role="button" tabIndex={-1} aria-label={edge.sentence} data-edge={edge.id} onClick={onSelect}>
       <title>{edge.sentence}</title>
       <path class="reach" d={path} />
       <path class="line" d={path} stroke-width={edge.width.toFixed(2)} marker-end={`url(#arrow-${edge.look})`} />
-      {edge.label !== null && <EdgeLabel text={edge.label} at={middleOf(points)} />}
     </g>
   );
 }
 
-function EdgeLabel({ text, at }: { readonly text: string; readonly at: Point }) {
+interface LabelProps {
+  readonly text: string;
+  readonly route: Route;
+  readonly flow: Flow;
+}
+
+/** The label of an edge, which stands before everything else; the edge itself says the same. */
+export function EdgeLabel({ text, route, flow }: LabelProps) {
   const width = text.length * 6.2 + 14;
+  const { x, y } = middleOf(route, flow);
   return (
-    <g class="edge-label" transform={`translate(${at.x} ${at.y})`}>
+    <g class="edge-label" transform={`translate(${x} ${y})`} aria-hidden="true">
       <rect x={-width / 2} y="-10" width={width} height="20" rx="10" />
       <text y="4" text-anchor="middle">
         {text}

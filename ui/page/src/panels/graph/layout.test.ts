@@ -98,7 +98,7 @@ test("parts that nothing connects stand side by side", () => {
 
 test("an edge begins and ends at the sides of its boxes", () => {
   const { vertices, edges } = layoutOf(model(chain()), measure, "right");
-  const points = edges.get("publish /imu /data")!;
+  const { points } = edges.get("publish /imu /data")!;
   assert.equal(points.length, 2);
   const [imu, data] = [vertices.get("node /imu")!, vertices.get("topic /data")!];
   assert.deepEqual(points[0], { x: imu.x + imu.width, y: imu.y + imu.height / 2 });
@@ -107,10 +107,25 @@ test("an edge begins and ends at the sides of its boxes", () => {
 
 test("a path begins and ends at the first and last point", () => {
   const points = [{ x: 0, y: 0 }, { x: 40, y: 50 }, { x: 100, y: 20 }];
-  assert.match(pathOf(points, "right"), /^M0 0C.* 100 20$/);
-  assert.equal(pathOf([points[0]!, points[2]!], "right"), "M0 0C50 0 50 20 100 20");
-  assert.equal(pathOf([], "right"), "");
-  assert.deepEqual(middleOf(points), { x: 40, y: 50 });
+  const straight = [points[0]!, points[2]!];
+  assert.match(pathOf({ points, isArc: false }, "right"), /^M0 0C.* 100 20$/);
+  assert.equal(pathOf({ points: straight, isArc: false }, "right"), "M0 0C50 0 50 20 100 20");
+  assert.equal(pathOf({ points: straight, isArc: true }, "right"), "M0 0C0 32 100 52 100 20");
+  assert.equal(pathOf({ points: [], isArc: false }, "right"), "");
+  assert.deepEqual(middleOf({ points, isArc: false }, "right"), { x: 40, y: 50 });
+});
+
+test("an edge back to its neighbour takes another way", () => {
+  const own = graph({
+    nodes: [node("/a")],
+    topics: [topic("/t", { publishers: [publisher("/a")], subscriptions: [subscription("/a")] })],
+  });
+  for (const flow of ["right", "down"] as const) {
+    const { edges } = layoutOf(model(own), measure, flow);
+    const middles = [...edges.values()].map((route) => middleOf(route, flow));
+    assert.equal(middles.length, 2);
+    assert.ok(Math.hypot(middles[0]!.x - middles[1]!.x, middles[0]!.y - middles[1]!.y) > 20, JSON.stringify(middles));
+  }
 });
 
 test("an edge against the layers is drawn too", () => {
@@ -123,5 +138,5 @@ test("an edge against the layers is drawn too", () => {
   });
   const { edges } = layoutOf(model(loop), measure, "right");
   assert.equal(edges.size, 4);
-  for (const points of edges.values()) assert.ok(points.length >= 2);
+  for (const { points } of edges.values()) assert.ok(points.length >= 2);
 });

@@ -20,11 +20,18 @@ export interface Box {
 /** The way in which the layers follow each other. */
 export type Flow = "right" | "down";
 
+/** The way of an edge. */
+export interface Route {
+  /** The points along which it goes, from its start to its end. */
+  readonly points: readonly Point[];
+  /** Whether it goes back to a neighbour, in an arc beside the edge that came from there. */
+  readonly isArc: boolean;
+}
+
 export interface Layout {
   readonly flow: Flow;
   readonly vertices: ReadonlyMap<string, Box>;
-  /** The points through which each edge goes, from its start to its end. */
-  readonly edges: ReadonlyMap<string, readonly Point[]>;
+  readonly edges: ReadonlyMap<string, Route>;
   readonly groups: ReadonlyMap<string, Box>;
   readonly size: Size;
 }
@@ -39,6 +46,10 @@ const LEAST_WIDTH = 104;
 const PADDING = 12;
 const GROUP_LABEL = 22;
 const MARGIN = 24;
+/** Room between layers: side by side, the label of an edge has to fit in. */
+const LAYER_GAPS: Readonly<Record<Flow, number>> = { right: 64, down: 48 };
+/** How far an arc swings out. */
+const ARC = 32;
 /** Length over which an edge leaves and enters straight. */
 const LEAD = 16;
 
@@ -67,12 +78,12 @@ function joined(parts: readonly Layout[], flow: Flow, screen: Size): Layout {
     parts.map((part) => part.size),
     screen,
   );
-  const [vertices, edges, groups] = [new Map<string, Box>(), new Map<string, readonly Point[]>(), new Map<string, Box>()];
+  const [vertices, edges, groups] = [new Map<string, Box>(), new Map<string, Route>(), new Map<string, Box>()];
   parts.forEach((part, index) => {
     const { x, y } = places[index] ?? { x: 0, y: 0 };
     const moved = <Place extends Point>(place: Place): Place => ({ ...place, x: place.x + x, y: place.y + y });
     for (const [id, box] of part.vertices) vertices.set(id, moved(box));
-    for (const [id, points] of part.edges) edges.set(id, points.map(moved));
+    for (const [id, route] of part.edges) edges.set(id, { ...route, points: route.points.map(moved) });
     for (const [name, box] of part.groups) groups.set(name, moved(box));
   });
   return { flow, vertices, edges, groups, size };
@@ -81,7 +92,7 @@ function joined(parts: readonly Layout[], flow: Flow, screen: Size): Layout {
 export function layoutOf(model: GraphModel, measure: Measure, flow: Flow): Layout {
   const graph = new Graph({ compound: true, multigraph: true });
   const rankdir = flow === "right" ? "LR" : "TB";
-  graph.setGraph({ rankdir, nodesep: 16, edgesep: 12, ranksep: 48, marginx: MARGIN, marginy: MARGIN });
+  graph.setGraph({ rankdir, nodesep: 16, edgesep: 12, ranksep: LAYER_GAPS[flow], marginx: MARGIN, marginy: MARGIN });
   graph.setDefaultEdgeLabel(() => ({}));
   for (const vertex of model.vertices) graph.setNode(vertex.id, sizeOf(vertex, measure));
   for (const vertex of model.vertices) {
@@ -167,25 +178,48 @@ function bounds(boxes: readonly Box[]): Size {
   return { width: right + MARGIN, height: bottom + MARGIN };
 }
 
-/** Returns an edge's points with its ends at the middle of the sides that face each other. */
-function attached(edge: Edge, points: readonly Point[], boxes: ReadonlyMap<string, Box>, flow: Flow): readonly Point[] {
+/** Returns an edge's route with its ends at the middle of the sides that face each other. */
+function attached(edge: Edge, points: readonly Point[], boxes: ReadonlyMap<string, Box>, flow: Flow): Route {
   const [from, to] = [boxes.get(edge.from), boxes.get(edge.to)];
-  if (from === undefined || to === undefined || points.length < 2) return points;
+  if (from === undefined || to === undefined || points.length < 2) return { points, isArc: false };
   const isRight = flow === "right";
-  const start = isRight
-    ? { x: from.x + from.width, y: from.y + from.height / 2 }
-    : { x: from.x + from.width / 2, y: from.y + from.height };
-  const end = isRight ? { x: to.x, y: to.y + to.height / 2 } : { x: to.x + to.width / 2, y: to.y };
-  // An edge that goes back, against the layers, keeps the ends that the layout gave it.
-  if (isRight ? end.x < start.x : end.y < start.y) return points;
-  // Between neighbouring layers there is one point, which would only bend the curve.
-  return points.length <= 3 ? [start, end] : [start, ...points.slice(1, -1), end];
+  const isNeighbour = points.length <= 3; // between neighbouring layers there is one point
+  const [start, end] = isRight ? [sideOf(from, "right"), sideOf(to, "left")] : [sideOf(from, "bottom"), sideOf(to, "top")];
+  if (isRight ? end.x < start.x : end.y < start.y) {
+    if (!isNeighbour) return { points, isArc: false };
+    const side = isRight ? "bottom" : "right";
+    return { points: [sideOf(from, side), sideOf(to, side)], isArc: true };
+  }
+  return { points: isNeighbour ? [start, end] : [start, ...points.slice(1, -1), end], isArc: false };
+}
+
+/** Returns the middle of a side of a box. */
+function sideOf({ x, y, width, height }: Box, side: "left" | "right" | "top" | "bottom"): Point {
+  switch (side) {
+    case "left":
+      return { x, y: y + height / 2 };
+    case "right":
+      return { x: x + width, y: y + height / 2 };
+    case "top":
+      return { x: x + width / 2, y };
+    case "bottom":
+      return { x: x + width / 2, y: y + height };
+  }
+}
+
+/** Returns where an arc bends to: aside from the flow. */
+function aside({ x, y }: Point, distance: number, flow: Flow): Point {
+  return flow === "right" ? { x, y: y + distance } : { x: x + distance, y };
 }
 
 /** Returns the path of an edge as SVG's `d`: an S-curve, or a smooth curve along the points on its way. */
-export function pathOf(points: readonly Point[], flow: Flow): string {
+export function pathOf({ points, isArc }: Route, flow: Flow): string {
   const [start, end] = [points[0], points.at(-1)];
   if (start === undefined || end === undefined) return "";
+  if (isArc) {
+    const [out, into] = [aside(start, ARC, flow), aside(end, ARC, flow)];
+    return `M${textOf(start)}C${textOf(out)} ${textOf(into)} ${textOf(end)}`;
+  }
   const reach = points.length === 2 ? (flow === "right" ? end.x - start.x : end.y - start.y) / 2 : LEAD;
   const [out, into] = [ahead(start, reach, flow), ahead(end, -reach, flow)];
   if (points.length === 2) return `M${textOf(start)}C${textOf(out)} ${textOf(into)} ${textOf(end)}`;
@@ -217,12 +251,13 @@ function mix(one: Point, other: Point, part: number): Point {
   return { x: one.x + (other.x - one.x) * part, y: one.y + (other.y - one.y) * part };
 }
 
-/** Returns the point half way along an edge's points, where its label stands. */
-export function middleOf(points: readonly Point[]): Point {
+/** Returns the point half way along an edge, where its label stands. */
+export function middleOf({ points, isArc }: Route, flow: Flow): Point {
   const place = (points.length - 1) / 2;
   const [one, other] = [points[Math.floor(place)], points[Math.ceil(place)]];
   if (one === undefined || other === undefined) return { x: 0, y: 0 };
-  return { x: (one.x + other.x) / 2, y: (one.y + other.y) / 2 };
+  const middle = mix(one, other, 1 / 2);
+  return isArc ? aside(middle, 0.75 * ARC, flow) : middle;
 }
 
 const textOf = ({ x, y }: Point): string => `${Math.round(x * 10) / 10} ${Math.round(y * 10) / 10}`;

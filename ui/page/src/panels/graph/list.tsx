@@ -67,5 +67,5 @@ function Row({ vertex, label, onSelect }: RowProps) {
 function dropLabel(vertex: Vertex, edges: readonly Edge[]): string | null {
   const dropping = edges.filter((edge) => edge.label !== null && (edge.from === vertex.id || edge.to === vertex.id));
   if (dropping.length > 1) return `drops at ${dropping.length} ends`;
-  return dropping[0]?.label?.replace(/, none now$/, "") ?? null;
+  return dropping[0]?.label ?? null;
 }

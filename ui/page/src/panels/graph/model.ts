@@ -225,7 +225,7 @@ interface Traffic {
 
 function edge(ends: Ends, { rate, dropped, isDropping }: Traffic, sentence: string): Edge {
   const look: EdgeLook = dropped > 0 ? "dropping" : rate === null || rate <= 0 ? "silent" : "flowing";
-  const label = dropped > 0 ? `${counted(dropped, "dropped", "dropped")}${isDropping ? "" : ", none now"}` : null;
+  const label = dropped > 0 ? counted(dropped, "dropped", "dropped") : null;
   const said = rate === null ? "" : rate > 0 ? `, ${rateText(rate)}` : ", silent";
   return {
     id: edgeId(ends.kind, ends.node, ends.name),
@@ -233,7 +233,7 @@ function edge(ends: Ends, { rate, dropped, isDropping }: Traffic, sentence: stri
     look,
     width: look === "dropping" ? Math.max(2, edgeWidth(rate)) : edgeWidth(rate),
     label,
-    sentence: `${sentence}${said}${label === null ? "" : `, ${label}`}`,
+    sentence: `${sentence}${said}${label === null ? "" : `, ${label}${isDropping ? "" : ", none now"}`}`,
   };
 }
 
