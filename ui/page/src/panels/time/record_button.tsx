@@ -1,6 +1,6 @@
 /** Record button: begins and ends a recording of the run, and says where it is. */
 
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { Recorded } from "../../connection/answers";
 import type { Session } from "../../store/session";
 import { counted } from "../../store/text";
@@ -21,7 +21,10 @@ export function RecordButton({ session }: { readonly session: Session }) {
       setBusy(false);
     }
   };
-  const { on, path, messages } = recorded;
+  const { on, messages } = recorded;
+  const lastPath = useRef<string>(undefined);
+  lastPath.current = recorded.path ?? lastPath.current; // after the end it says where the recording is
+  const path = lastPath.current;
   return (
     <>
       {session.maySteer.value && (
@@ -30,8 +33,8 @@ export function RecordButton({ session }: { readonly session: Session }) {
           {on ? "Stop recording" : "Record"}
         </button>
       )}
-      <span class="small quiet record-text" role="status" title={path ?? undefined}>
-        {path == null ? "" : `${messages == null ? "" : `${counted(messages, "message")} in `}${path}`}
+      <span class="small quiet record-text" role="status" title={path}>
+        {path === undefined ? "" : `${messages == null ? "" : `${counted(messages, "message")} in `}${path}`}
       </span>
       {fault !== "" && (
         <span class="small bad" role="alert">
