@@ -210,7 +210,7 @@ export class Chart {
       fill: stroke,
       width: LINE_WIDTH,
       dash: [...dashOf(at)],
-      cap: "butt",
+      cap: "round",
       points: { show: false },
       paths: (plot) => pathOf(plot, drawn),
     };
@@ -273,22 +273,28 @@ function pathOf({ bbox, scales }: uPlot, { thinned, scale }: Drawn): uPlot.Serie
   const stroke = new Path2D();
   const lengthS = (times[count - 1] ?? 0) - (times[0] ?? 0);
   const dots = count * DOT_DISTANCE * devicePixelRatio < Math.min(bbox.width, lengthS * perSecond) ? new Path2D() : null;
-  const isDense = count > bbox.width;
   const radius = DOT_RADIUS * devicePixelRatio;
+  const isDense = count > bbox.width;
   let isBroken = true;
+  let [column, top, bottom] = [NaN, 0, 0];
   for (let at = 0; at < count; at += 1) {
     const value = values[at] ?? NaN;
     if (Number.isNaN(value)) {
       isBroken = true;
       continue;
     }
-    const left = isDense ? Math.round(bbox.left + ((times[at] ?? 0) - x.min) * perSecond) : bbox.left + ((times[at] ?? 0) - x.min) * perSecond;
-    const top = bbox.top + (y.max - value) * perUnit;
-    if (isBroken) stroke.moveTo(left, top);
-    stroke.lineTo(left, top);
+    const exact = bbox.left + ((times[at] ?? 0) - x.min) * perSecond;
+    const left = isDense ? Math.round(exact) : exact;
+    const height = bbox.top + (y.max - value) * perUnit;
+    // Of a column of pixels only what reaches beyond what is drawn there already: fewer strokes, as good as the same picture.
+    if (!isBroken && left === column && height >= top && height <= bottom) continue;
+    if (isBroken) stroke.moveTo(left, height);
+    stroke.lineTo(left, height);
+    if (isBroken || left !== column) [column, top, bottom] = [left, height, height];
+    else [top, bottom] = [Math.min(top, height), Math.max(bottom, height)];
     isBroken = false;
-    dots?.moveTo(left + radius, top);
-    dots?.arc(left, top, radius, 0, 2 * Math.PI);
+    dots?.moveTo(left + radius, height);
+    dots?.arc(left, height, radius, 0, 2 * Math.PI);
   }
   return { stroke, fill: dots, flags: 0 };
 }
