@@ -1,4 +1,4 @@
-/** Measured chart: 20 lines of 10,000 points that grow with each frame, as `scripts/measure_plot.py` opens it. */
+/** Measured chart: 20 lines of 10,000 points that grow with each frame; bundle it, open it, and call `measure()` in the console. */
 
 import { signal } from "@preact/signals";
 import type { Channel } from "../connection/protocol";
