@@ -6,6 +6,7 @@ Of `arguments.py`, `followed.py`, `frames.py`, `graph_answer.py` and `session.py
 
 import asyncio
 import json
+import threading
 from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
@@ -13,13 +14,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.errors import MalformedMessage, NoSuchTarget
+from busflow.errors import InspectionUnavailable, MalformedMessage, NoSuchTarget
 from busflow.wire.client.graph_view import view
 from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow_ui.questions import arguments, frames
 from busflow_ui.questions.followed import Changed, NewLines
 from busflow_ui.questions.graph_answer import Moment, graph_answer
+from busflow_ui.questions.heartbeat import Heartbeat
 from busflow_ui.questions.session import Question, Session
+
+PATIENCE_S = 60.0
 
 # Frames.
 
@@ -165,6 +169,49 @@ def test_the_graph_has_counts_rates_and_timers():
 
 def test_the_first_look_has_no_rate():
     assert graph_answer(Moment(looked(10, 0), 1.0), None, {})["topics"][0]["rate_hz"] is None
+
+
+# The heartbeat.
+
+
+def test_a_long_silence_ends_with_an_answer():
+    """The question that was asked during the silence fails; a later one is answered."""
+    answers_again = threading.Event()
+
+    class Run:
+        asked = 0
+
+        def ask(self, _question: str) -> list[int]:
+            self.asked += 1
+            if self.asked == 1:
+                answers_again.wait(PATIENCE_S)
+                raise InspectionUnavailable("it does not answer")
+            return [1]
+
+    async def main() -> list[float | None]:
+        said: list[float | None] = []
+        over = asyncio.Event()
+
+        def on_change(silent_s: float | None) -> None:
+            said.append(silent_s)
+            if silent_s is None:
+                over.set()
+            else:
+                answers_again.set()
+
+        peer: Any = Run()
+        heartbeat = Heartbeat(peer, lambda: True, on_change)
+        beating = asyncio.create_task(heartbeat.keep())
+        async with asyncio.timeout(PATIENCE_S):
+            await over.wait()
+        beating.cancel()
+        heartbeat.close()
+        return said
+
+    *silent, last = asyncio.run(main())
+    assert last is None
+    assert silent
+    assert all(silent)
 
 
 # Sessions.
