@@ -286,6 +286,15 @@ def test_links_between_pages_lead_somewhere(page):
         assert target.startswith("https://") or (page.parent / target).exists(), target
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
+def test_paragraph_above_a_file_names_it(page):
+    """A page that is rendered does not show the title of a block."""
+    text = page.read_text("utf-8")
+    blocks = re.findall(r'([^\n]+(?:\n[^\n]+)*)\n\n(?:<!--.*-->\n)?```\w+ title="(.+)"$', text, re.MULTILINE)
+    assert [title for above, title in blocks if f"`{title}`" not in above] == []
+    assert len(blocks) == len(re.findall(r'^```\w+ title="', text, re.MULTILINE))
+
+
 def test_no_page_overwrites_a_file_of_another():
     pages = Counter(
         title

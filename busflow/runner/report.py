@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.interfaces.message import type_name
+from busflow.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -151,6 +152,14 @@ class Report:
         """Messages that did not reach a subscription they were published to."""
         ledger = sum(line.dropped for topic in self.topics for line in topic.subscriptions)
         return ledger + self.inbox_dropped + self.inbox_refused
+
+    def __str__(self) -> str:
+        """The topics as a table for people: a row for each subscription; a topic without one has a row too."""
+        rows = [_COLUMNS, *(cells for topic in self.topics for cells in _topic_cells(topic))]
+        texts = [[printable(str(cell)) for cell in row] for row in rows]
+        widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
+        lines = ("  ".join(map(str.ljust, row, widths)).rstrip() for row in texts)
+        return "\n".join([f"{printable(self.name)}: {self.duration_s:.3f} s of {self.clock} time", *lines])
 
     def _repr_html_(self) -> str:
         """The topics as a table, which a notebook shows: a row for each subscription, names escaped."""

@@ -58,6 +58,14 @@ def test_a_notebook_shows_the_topics_as_a_table(report):
     assert html.startswith("<table><caption>")
 
 
+def test_printed_report_is_a_table(report):
+    line = report.topics[0].subscriptions[0]
+    title, head, row, *_ = str(replace(report, name="a\x1bb")).splitlines()
+    assert (title.split()[0], head.split()[:3]) == ("a\\x1bb:", ["topic", "type", "published"])
+    counts = ["50", "/slow", *map(str, (line.delivered, line.dropped, line.queued))]
+    assert row.split() == ["/numbers", "test/msg/Number", *counts]
+
+
 def test_a_table_escapes_names(report):
     hostile = replace(report, name="<script>", topics=(replace(report.topics[0], name="<b>", subscriptions=()),))
     html = hostile._repr_html_()

@@ -10,7 +10,7 @@ from contextlib import suppress
 from inspect import iscoroutinefunction, isfunction
 from typing import Any, ParamSpec, TypeVar, overload
 
-from busflow.errors import ExitCode, InvalidDeclaration
+from busflow.errors import ExitCode, InvalidDeclaration, NotRunning
 from busflow.runner.loops.schedule import Schedule
 from busflow.runner.loops.virtual import HORIZON_S, THREAD_S, VirtualLoop
 from busflow.runner.orphan_tasks import orphans_left
@@ -29,6 +29,13 @@ def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -
     Ctrl-C cancels the task; where that does not end it, `KeyboardInterrupt` is raised in the line that runs.
     """
     __tracebackhide__ = True  # pytest shows the line that was interrupted
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        pass
+    else:
+        main.close()
+        raise NotRunning(f"{name} has an event loop of its own: call it in a plain def, and in no notebook")
 
     async def named() -> T:
         if task := asyncio.current_task():

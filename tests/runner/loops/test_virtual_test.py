@@ -1,5 +1,6 @@
 """Virtual tests: what is written without async is told at once, in one sentence."""
 
+import asyncio
 import functools
 
 import pytest
@@ -22,6 +23,18 @@ def test_plain_def_is_refused_when_decorated(decorate):
     name = "explore" if "explore" in decorate.__qualname__ else "virtual_time"
     with pytest.raises(InvalidDeclaration, match=f"^@{name} runs an async test: write async def plain"):
         decorate(plain)
+
+
+def test_virtual_test_in_a_running_loop_is_refused():
+    @virtual_time
+    async def inner() -> None:
+        """Does nothing."""
+
+    async def outer() -> None:
+        inner()
+
+    with pytest.raises(NotRunning, match=r"^inner has an event loop of its own: call it in a plain def"):
+        asyncio.run(outer())
 
 
 def test_async_test_under_another_decorator_is_accepted():
