@@ -315,7 +315,7 @@ class Problem:
     place: Place | None = None
     severity: Severity = Severity.ERROR
     included_from: tuple[Place, ...] = ()
-    """The `include` entries that led to the file, innermost first."""
+    """The `include` entries, or the imports and the `plugin:`, that led to the file, innermost first."""
 
     def render(self) -> str:
         """Return the problem as text for people: `file:line:col: error: …`, the line, a caret, the fix."""
@@ -325,7 +325,8 @@ class Problem:
             lines += _excerpt(self.place)
         if self.fix:
             lines.append(f"  {'' if self.fix.startswith('known: ') else 'fix: '}{printable(self.fix)}")
-        lines += [f"  included from {place}" for place in self.included_from]
+        how = "used by" if self.place is not None and self.place.file.endswith(".py") else "included from"
+        lines += [f"  {how} {place}" for place in self.included_from]
         return "\n".join(lines)
 
     def as_json(self) -> dict[str, object]:

@@ -282,7 +282,7 @@ class TestFailingImport:
             f"{folder}/helper.py:2:12: error: {fault}",
             "      return [].pop(x)",
             "             ^^^^^^^^^",
-            f"  included from {path}:3:10",
+            f"  used by {path}:3:10",
         ]
 
     def test_a_library_error_names_the_plugins_line(self, write: Write, folder: Path):
@@ -297,7 +297,7 @@ class TestFailingImport:
             f"{path}:2:14: error: plugin 'camera' cannot be imported: SyntaxError: invalid syntax",
             "  class Camera(:",
             "               ^",
-            f"  included from {importer}:1:1",
+            f"  used by {importer}:1:1",
         ]
 
     def test_a_syntax_error_without_init_is_located(self, write: Write, folder: Path):

@@ -17,7 +17,7 @@ def rendered(plan: Plan) -> str:
     """Return all problems but those of severity INFO, rendered without the excerpts."""
     lines = "\n".join(each.render() for each in plan.problems if each.severity is not Severity.INFO).splitlines()
     return "\n".join(
-        line for line in lines if not line.startswith("  ") or line.startswith(("  fix", "  known", "  included"))
+        line for line in lines if not line.startswith("  ") or line.startswith(("  fix", "  known", "  included", "  used by"))
     )
 
 
@@ -39,7 +39,7 @@ def test_correct_graph_has_no_problem(check):
                 "plugins/reader.py:6:5: error: Reader.read uses /numbers as std_msgs/msg/String, but Talker.numbers uses it "
                 "as std_msgs/msg/Float64\n"
                 "  fix: use one type on both ends, or remap one of them: remap: {numbers: another_name}\n"
-                "  included from lab1.yaml:5:3"
+                "  used by lab1.yaml:5:3"
             ),
         ),
         (
@@ -97,7 +97,7 @@ def test_correct_graph_has_no_problem(check):
             (
                 "plugins/hinting.py:8:5: error: other cannot declare its endpoints: Hinting.on_number is annotated with "
                 "'Float64', but 'Float64' is not defined when the program runs; import it outside `if TYPE_CHECKING:`\n"
-                "  included from lab1.yaml:5:3"
+                "  used by lab1.yaml:5:3"
             ),
         ),
         (
