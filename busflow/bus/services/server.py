@@ -15,7 +15,7 @@ from busflow.bus.statistics import ServerStatistics
 from busflow.errors import IncompatibleType, InvalidDeclaration, ServiceFailed, ServiceGone, ServiceUnavailable
 from busflow.interfaces.message import Message, ServiceType, type_name
 from busflow.text import printable
-from busflow.validation.tracebacks import reason
+from busflow.validation.tracebacks import reason, user_line
 
 if TYPE_CHECKING:
     from busflow.bus.dispatcher import Dispatcher
@@ -198,7 +198,9 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
         if self._serving is item:
             self._serving = None
             self.failed += 1
-            failure = ServiceFailed(f"{self.service} failed in {self.node}: {printable(reason(error), limit=400)}")
+            place = user_line(error)
+            text, where = printable(reason(error), limit=400), f" ({place})" if place else ""
+            failure = ServiceFailed(f"{self.service} failed in {self.node}: {text}{where}")
             failure.__cause__ = error
             item.fail(failure)
 

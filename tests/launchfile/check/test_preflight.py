@@ -17,7 +17,9 @@ def rendered(plan: Plan) -> str:
     """Return all problems but those of severity INFO, rendered without the excerpts."""
     lines = "\n".join(each.render() for each in plan.problems if each.severity is not Severity.INFO).splitlines()
     return "\n".join(
-        line for line in lines if not line.startswith("  ") or line.startswith(("  fix", "  known", "  included", "  used by"))
+        line
+        for line in lines
+        if not line.startswith("  ") or line.startswith(("  fix", "  known", "  included", "  used by"))
     )
 
 
