@@ -184,6 +184,10 @@ class TestOnePackage:
 
 @pytest.mark.usefixtures("nothing_installed")
 class TestFinding:
+    @pytest.mark.parametrize("name", ["assistant", "page_index"])
+    def test_plugin_of_another_distribution_names_its_installation(self, name: str, folder: Path):
+        assert failure(name, folder).problem.fix == "in a clone of busflow: pip install . ./assistant"
+
     def test_names_and_summaries_are_listed_without_importing(self, write: Write, folder: Path):
         write("camera.py", NODE.format(name="Camera") + "raise SystemExit\n")
         write("arms.py", "'Both.'\nimport busflow as b\nclass Left(b.Node): ...\nclass Right(Left): ...\n")
