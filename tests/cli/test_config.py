@@ -28,8 +28,9 @@ scalars = (
     )
 )
 keys = st.text().filter(lambda text: "${" not in text)  # a key cannot hold an expression
+names = keys.filter(lambda text: "." not in text)  # a dotted name of a parameter is read as a group
 documents = st.dictionaries(
-    keys,
+    names,
     st.recursive(
         scalars, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3), max_leaves=8
     ),

@@ -126,7 +126,8 @@ def nested(value: Value, depth: int = 0, *, whole: bool = True) -> Value:
     """
     members: dict[str, Value] = {}
     for key, member in value.members.items():
-        first, *steps = key.split(".")
+        names = key.split(".")
+        first, *steps = names if all(map(str.isidentifier, names)) else [key]
         below = depth + 1 + len(steps)
         if below > MAX_DEPTH:
             _refuse(f"a parameter is nested deeper than {MAX_DEPTH} levels", "give it a shorter name", member)

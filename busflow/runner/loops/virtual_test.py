@@ -35,6 +35,7 @@ def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -
         pass
     else:
         main.close()
+        loop.close()
         raise NotRunning(f"{name} has an event loop of its own: call it in a plain def, and in no notebook")
 
     async def named() -> T:
