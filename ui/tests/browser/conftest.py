@@ -109,7 +109,7 @@ class Stage:
             self.run.stop()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # while it is there, its event loop runs in this thread, and no other test's can
 def browser() -> Iterator[Any]:
     """Chromium, as Debian and others install it."""
     sync_api: Any = pytest.importorskip("playwright.sync_api")

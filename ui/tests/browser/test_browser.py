@@ -25,7 +25,7 @@ def text_of(stage: Stage, selector: str) -> str:
 
 def parameter(stage: Stage, node: str, *arguments: str) -> str:
     """What the command says of a parameter of the run."""
-    command = [sys.executable, "-m", "busflow", "param", *arguments[:1], node, *arguments[1:]]
+    command = [sys.executable, "-P", "-m", "busflow", "param", *arguments[:1], node, *arguments[1:]]
     done = subprocess.run(command, env=stage.place.environment, capture_output=True, text=True, check=True)
     return done.stdout
 
@@ -174,7 +174,7 @@ def test_a_killed_run_gives_way_to_the_next(stage: Stage, screenshot: Keep):
 def test_a_recording_is_scrubbed_to_a_known_value(stage: Stage, screenshot: Keep):
     """The value of the message at the end of virtual time is the one that `busflow bag echo` shows."""
     options = ("--sim", "--for", "10s", "--record", "lab.mcap")
-    command = [sys.executable, "-m", "busflow"]
+    command = [sys.executable, "-P", "-m", "busflow"]
     quiet: Any = {"cwd": stage.folder, "check": True, "capture_output": True, "text": True}
     subprocess.run([*command, "run", "lab1.yaml", *options], **quiet)
     echoed = subprocess.run([*command, "bag", "echo", "lab.mcap", "stability_index", "--json"], **quiet).stdout

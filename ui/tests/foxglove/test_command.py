@@ -123,7 +123,7 @@ class Served:
 
     def __init__(self, place: Any, *arguments: str) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "busflow", "foxglove", "--port", "0", *arguments],
+            [sys.executable, "-P", "-m", "busflow", "foxglove", "--port", "0", *arguments],
             env={**place.environment, "PYTHONUNBUFFERED": "1"},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -294,7 +294,19 @@ def test_topics_come_and_go(served: Served, lab1: Any):
     assert {"name": "/sensor_publisher/reset", "providerIds": ["/sensor_publisher"]} in whole["advertisedServices"]
     assert not [each["name"] for each in whole["advertisedServices"] if "parameters" in each["name"]]
     assert "/parameter_events" not in [each["name"] for each in whole["publishedTopics"]]
-    command = [sys.executable, "-m", "busflow", "topic", "pub", "-r", "5", "chatter", "std_msgs/String", "{data: hi}"]
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "busflow",
+        "topic",
+        "pub",
+        "-r",
+        "5",
+        "chatter",
+        "std_msgs/String",
+        "{data: hi}",
+    ]
     with subprocess.Popen(
         command, env=lab1[0].environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     ) as pub:
@@ -358,7 +370,19 @@ def test_parameters_are_read_set_and_followed(served: Served, lab1: Any):
     assert client.until(lambda told: told.get("id") == "set")["parameters"] == [row]
     changed = other.until(lambda told: told.get("op") == "parameterValues" and "id" not in told)
     assert changed["parameters"] == [row]
-    command = [sys.executable, "-m", "busflow", "param", "set", "sensor_publisher", "rate_hz", "10", "noise.imu", "0.1"]
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "busflow",
+        "param",
+        "set",
+        "sensor_publisher",
+        "rate_hz",
+        "10",
+        "noise.imu",
+        "0.1",
+    ]
     subprocess.run(command, env=lab1[0].environment, check=True, stdout=subprocess.DEVNULL)
     changed = other.until(lambda told: told.get("op") == "parameterValues" and "id" not in told)
     assert changed["parameters"] == [row | {"value": 10.0}]
@@ -593,7 +617,7 @@ def test_client_that_never_reads_is_disconnected(served: Served):
 
 
 def test_published_clock_is_the_viewers_time(lab1: Any):
-    command = [sys.executable, "-m", "busflow", "topic", "pub", "-r", "20", "/clock", "rosgraph_msgs/Clock"]
+    command = [sys.executable, "-P", "-m", "busflow", "topic", "pub", "-r", "20", "/clock", "rosgraph_msgs/Clock"]
     with serving(lab1[0]) as served:
         before = served.client()
         assert "time" not in before.info["capabilities"]

@@ -29,7 +29,7 @@ def run(tmp_path: Path) -> Iterator[Any]:
 @pytest.fixture
 def url(run: Any) -> Iterator[str]:
     """Where the run is served."""
-    command = [sys.executable, "-m", "busflow", "foxglove", "--port", "0"]
+    command = [sys.executable, "-P", "-m", "busflow", "foxglove", "--port", "0"]
     environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(run.runtime), "PYTHONUNBUFFERED": "1"}
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout

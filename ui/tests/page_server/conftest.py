@@ -95,7 +95,7 @@ class Shown:
 
     def __init__(self, *arguments: str, environment: dict[str, str], folder: Path | None = None) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "busflow", "ui", "--port", "0", *arguments],
+            [sys.executable, "-P", "-m", "busflow", "ui", "--port", "0", *arguments],
             env={**environment, "PYTHONUNBUFFERED": "1"},
             cwd=folder,
             stdout=subprocess.PIPE,
