@@ -5,6 +5,7 @@ import os
 import pdb  # noqa: T100  # what a breakpoint() runs
 import re
 import select
+import sys
 import threading
 
 import pytest
@@ -68,6 +69,15 @@ def test_slow_handler_of_a_run_is_only_named(monkeypatch):
     assert lines == []
 
 
+@pytest.fixture
+def tracer():
+    """What traces this thread, such as a measurement of coverage, goes on after a debugger."""
+    before = sys.gettrace()
+    yield
+    sys.settrace(before)
+
+
+@pytest.mark.usefixtures("tracer")
 @virtual_time(thread_s=0.2)
 async def test_handler_in_a_debugger_is_left_alone():
     """A breakpoint waits for a person, however long."""
