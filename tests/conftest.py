@@ -50,7 +50,6 @@ def pytest_configure(config: pytest.Config) -> None:
     """Draw the seed of a shuffle once, before there are workers, which get it from this process."""
     if hasattr(config, "workerinput"):
         config.option.shuffle_seed = config.workerinput["shuffle_seed"]
-        import_a_share(config, int(config.workerinput["workerid"][2:]), config.workerinput["workercount"])
     elif config.option.shuffle and config.option.shuffle_seed is None:
         config.option.shuffle_seed = random.SystemRandom().randrange(1_000_000)
 
@@ -67,10 +66,15 @@ def import_a_share(config: pytest.Config, worker: int, workers: int) -> None:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
-    """Collect tests without the garbage collector, and freeze them: each full collection would look at them all."""
+def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
+    """Collect tests without the garbage collector, and freeze them: each full collection would look at them all.
+
+    Not before: what is imported earlier counts for no coverage.
+    """
     gc.disable()
     try:
+        if (of_worker := getattr(session.config, "workerinput", None)) is not None:
+            import_a_share(session.config, int(of_worker["workerid"][2:]), of_worker["workercount"])
         return (yield)
     finally:
         gc.enable()
