@@ -135,6 +135,7 @@ class Harness:
         self._unseen: Counter[str] = Counter()
         self._arrived: dict[str, asyncio.Event] = defaultdict(asyncio.Event)
         self._expected = expect_failure
+        self._is_entered = False
         self._faults = Faults(self.graph.bus)
         self.graph.bus.on_attach.append(self._on_attach)
         if loop.follows:
@@ -155,6 +156,7 @@ class Harness:
             """Never called: without this method Python would not call `__enter__` either."""
 
     async def __aenter__(self) -> Self:
+        self._is_entered = True
         if self._expected is None:
             await self.graph.__aenter__()
         else:  # the failure is what the test is about: it must not end the test's own block
@@ -178,9 +180,15 @@ class Harness:
     # Time.
 
     async def advance(self, seconds: float) -> None:
-        """Let virtual time pass, including all that is due exactly at its end, and settle."""
+        """Let virtual time pass, including all that is due exactly at its end, and settle.
+
+        Raises:
+            NotRunning: The harness was never entered, so a test would show nothing.
+        """
         if not 0 <= seconds < float("inf"):
             raise ValueError(f"time passes forwards, by a finite number of seconds, not {seconds!r}")
+        if not self._is_entered:
+            raise NotRunning(f"no node of this harness was started: {_AS_WRITTEN}")
         await self._loop.advance(seconds)
 
     async def settle(self) -> None:

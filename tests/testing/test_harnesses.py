@@ -123,6 +123,13 @@ async def test_ten_minutes_of_the_lab():
 
 
 @virtual_time
+async def test_time_of_a_forgotten_harness_does_not_pass():
+    lab = harness(Counter)
+    with pytest.raises(NotRunning, match=r"no node of this harness was started: .* async with harness"):
+        await lab.advance(1)
+
+
+@virtual_time
 async def test_advance_includes_what_is_due_at_its_end():
     async with harness(Counter, Doubler) as lab:
         await lab.advance(0.3)  # 3 · 0.1 is a little more than 0.3 in floats
