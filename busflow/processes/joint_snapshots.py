@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BagError, IncompleteRecording, NotRunning
 from busflow.launchfile.model.description import OnDrop
-from busflow.recording.bag.bag import Bag
-from busflow.recording.bag.rosbag2_metadata import file_counts, write_metadata
+from busflow.recording.bag.rosbag2_metadata import describe_recordings
 from busflow.recording.recorder.destination import as_directory, foresee_snapshots, numbered, refusal
 from busflow.recording.recorder.snapshot import MOST_AT_ONCE, FailureSnapshots
 from busflow.runner.extension import Extension
@@ -134,8 +133,7 @@ class JointSnapshots(Extension):
         for each in ready:
             found = _joined(each, written=True)
             try:
-                with Bag(each.directory) as bag:
-                    write_metadata(each.directory, file_counts(bag.series), qos=lambda channel: channel.qos or "")
+                describe_recordings(each.directory)
             except (BagError, OSError) as error:
                 why = f"its metadata cannot be written: {error}"
                 found = replace(found, complete=False, why=found.why or why)

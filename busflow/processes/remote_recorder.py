@@ -21,8 +21,7 @@ from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.node.parameter_messages import event_message
 from busflow.node.parameter_store import ParameterChange
 from busflow.node.parameters import ParameterInfo
-from busflow.recording.bag.bag import Bag
-from busflow.recording.bag.rosbag2_metadata import file_counts, write_metadata
+from busflow.recording.bag.rosbag2_metadata import describe_recordings
 from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.recorder.channels import Announcer
 from busflow.recording.recorder.destination import as_directory, named, new_directory, new_recording
@@ -236,8 +235,7 @@ class RemoteRecorder:
     def _describe_parts(self) -> None:
         """Write the metadata by which readers find the parts."""
         try:
-            with Bag(self.path) as bag:
-                write_metadata(self.path, file_counts(bag.series), qos=lambda channel: channel.qos or "")
+            describe_recordings(self.path)
         except (BagError, OSError) as error:
             self._complete, self._undescribed = False, error
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
+from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.bag_file import Survey
 from busflow.recording.bag.rosbag2 import INFORMATION, METADATA
 from busflow.recording.bag.series import Series
@@ -38,6 +39,17 @@ def file_counts(series: Iterable[Series]) -> list[FileCounts]:
         counts = {channel: count for channel, count in contents.counts.items() if channel.encoding == "cdr"}
         found.append(FileCounts(file.path.name, replace(contents, counts=counts)))
     return found
+
+
+def describe_recordings(directory: Path) -> None:
+    """Write what busflow's own recordings in a directory hold into it.
+
+    Raises:
+        BagError: One of them cannot be read.
+        OSError: It cannot be written.
+    """
+    with Bag(directory) as bag:
+        write_metadata(directory, file_counts(bag.series), qos=lambda channel: channel.qos or "")
 
 
 def write_metadata(

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 
 from busflow.errors import BagError, IncompleteRecording
 from busflow.launchfile.model.description import OnDrop
-from busflow.recording.bag.bag import Bag
-from busflow.recording.bag.rosbag2_metadata import file_counts, write_metadata
+from busflow.recording.bag.rosbag2_metadata import describe_recordings
 from busflow.recording.recorder.capture import Capture
 from busflow.recording.recorder.destination import as_directory, named, new_directory
 from busflow.recording.recorder.options import spec_of
@@ -135,8 +134,7 @@ class Recorder(Extension):
     def _describe(self, directory: Path) -> None:
         """Write the metadata by which readers find the parts."""
         try:
-            with Bag(directory) as bag:
-                write_metadata(directory, file_counts(bag.series), qos=lambda channel: channel.qos or "")
+            describe_recordings(directory)
         except (BagError, OSError) as error:
             self._finished = False
             self._report_missing(f"its metadata cannot be written: {error}")
