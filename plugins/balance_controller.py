@@ -71,7 +71,7 @@ class BalanceController(Node):
 
     @on_event("pitch")
     def on_silence(self, _event: DeadlineMissed) -> None:
-        """No pitch within its deadline: a trajectory without points tells the motors to hold still."""
+        """Hold the joints still where no pitch came in time: by a trajectory without points."""
         if not self.is_silent:
             self.is_silent = True
             self.log.warning("the pitch is silent: the joints stay where they are")

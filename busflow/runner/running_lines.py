@@ -1,23 +1,25 @@
-"""Running lines: where in a node's code a thread is now, also inside of what that code has called of busflow."""
+"""Running lines: where in a node's code a thread is, also inside of what that code has called of busflow."""
 
 from __future__ import annotations
 
 import os
-import sys
 import sysconfig
 import traceback
 from pathlib import Path
+from types import FrameType
 
 _BUSFLOW = str(Path(__file__).parents[1]) + os.sep
 _LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
 
 
-def running_lines(thread: int | None) -> list[traceback.FrameSummary]:
+def running_lines(frame: FrameType | None) -> list[traceback.FrameSummary]:
     """Return the lines that busflow called, innermost first, with those of libraries that they called.
 
     There are none where the thread waits for the event loop. A thread in which nothing is of busflow has all its lines.
+
+    Args:
+        frame: The thread's innermost frame.
     """
-    frame = sys._current_frames().get(thread or 0)  # noqa: SLF001  # there is no other way to see it
     lines: list[traceback.FrameSummary] = []
     is_called = False
     for entry in reversed(traceback.extract_stack(frame) if frame else []):

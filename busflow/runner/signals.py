@@ -216,5 +216,6 @@ def _end_process(code: ExitCode, why: str) -> None:
 
 def _place() -> str:
     """Return the line of a node's code in which the main thread is, as the end of a sentence; empty where it waits."""
-    own = filter(is_own, running_lines(threading.main_thread().ident))
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)  # noqa: SLF001  # there is no other way to see it
+    own = filter(is_own, running_lines(frame))
     return next((f"; it was in {printable(each.filename)}:{each.lineno}, {printable(each.name)}" for each in own), "")

@@ -63,7 +63,7 @@ def _watch(loop: VirtualLoop, thread: int, ended: threading.Event) -> None:
             warned = True
             node, handler = map(printable, owner)
             text = f"has not come back for {_WARN_S:g} s of real time, and virtual time stands still for it"
-            standard_error.write(f"{node}: {handler} {text}; it is in {stack_of(thread)}")
+            standard_error.write(f"{node}: {handler} {text}; it is in {stack_of(frame)}")
 
 
 def _is_debugged(frame: FrameType | None) -> bool:

@@ -101,7 +101,7 @@ class Watchdog:
         bound = f"{self.bound_s * 1000:g} ms"
         text = "blocks the event loop: nothing else runs meanwhile"
         fix = "wait with `await self.clock.sleep(…)`, compute with `await self.run_sync(…)`"
-        self._log.bind(node).warning(text, longer_than=bound, handler=handler, stack=stack_of(thread), fix=fix)
+        self._log.bind(node).warning(text, longer_than=bound, handler=handler, stack=stack_of(frame), fix=fix)
         return found
 
 
@@ -129,7 +129,7 @@ def owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
         frame = frame.f_back
 
 
-def stack_of(thread: int) -> str:
+def stack_of(frame: FrameType | None) -> str:
     """Return the running lines, innermost first, up to the call from busflow."""
-    lines = running_lines(thread)[:_STEPS]
+    lines = running_lines(frame)[:_STEPS]
     return " < ".join(f"{printable(shown(each.filename))}:{each.lineno} in {printable(each.name)}" for each in lines)

@@ -4,6 +4,7 @@ Tests of `host.py`, `lives.py`, `running_lines.py`, `sources.py`, `standard_erro
 """
 
 import os
+import sys
 import threading
 
 import pytest
@@ -60,7 +61,7 @@ def test_waiting_thread_shows_no_busflow():
     ended = threading.Event()
     thread = threading.Thread(target=ended.wait, args=(60,))
     thread.start()
-    waiting = running_lines(thread.ident)
+    waiting = running_lines(sys._current_frames()[thread.ident])
     ended.set()
     thread.join()
     assert waiting[0].name == "wait"
