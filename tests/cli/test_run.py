@@ -23,10 +23,10 @@ NEEDS_UVLOOP = pytest.mark.skipif(find_spec("uvloop") is None, reason="uvloop is
 
 
 def test_run_logs_to_stderr_and_prints_tables(capsys: Captured):
-    assert main(["run", "talk.yaml", "--for", "0.2"]) == 0
+    assert main(["run", "talk.yaml", "--sim", "--for", "0.2"]) == 0
     captured = capsys.readouterr()
     assert "/listener: heard number=1.0" in captured.err
-    assert "talk: 0.2" in captured.out
+    assert "talk: 0.200 s of sim time" in captured.out
     topic, listener = (line.split() for line in captured.out.splitlines() if line.startswith(("/numbers", "  →")))
     assert topic[:3] == ["/numbers", "std_msgs/msg/Float64", listener[5]]
     assert listener[1:5] == ["/listener", "depth", "10,", "drop_oldest"]
