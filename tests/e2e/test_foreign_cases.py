@@ -63,16 +63,20 @@ def test_environment_and_limits_change_no_run(tmp_path: Path):
 BIG = """
 import numpy as np
 
-from busflow import Node, publisher, subscription, timer
+from busflow import Node, publisher, subscription
 from busflow.msgs.sensor_msgs import Image
 
 
 class Big(Node):
     out = publisher(Image, "image")
 
-    @timer(2.0)
-    def tick(self) -> None:
-        self.out.publish(Image(data=np.zeros(300_000_000, dtype=np.uint8)))
+    async def run(self) -> None:
+        while not self.out.is_received:
+            await self.clock.sleep(0.1)
+        image = Image(data=np.zeros(300_000_000, dtype=np.uint8))
+        self.out.publish(image)
+        await self.clock.sleep(0.1)
+        self.out.publish(image)
 
 
 class Watcher(Node):
