@@ -1,5 +1,7 @@
 """What `busflow ui` costs: 50 topics at 100 Hz, of which a page plots 10; the server's share of a core, and the run's.
 
+Then the run is killed, and the time is printed until the page knows it.
+
     python benchmarks/ui.py [--seconds 10]
 
 The page is a WebSocket client that subscribes and follows as the one in a browser does. Linux: it reads /proc.
@@ -105,11 +107,23 @@ def measure(seconds: float) -> None:
 
                     shares([run], 1.0, receive)
                     (run_share, ui_share), count = shares([run, ui], seconds, receive)
+                    end_s = time_until_end(run, page)
         print(f"{TOPICS} topics at {RATE_HZ} Hz, {PLOTS} plots, over {seconds:g} s each, shares of one core:")
         print(f"  the run alone             {alone:6.1f} %")
         print(f"  the run, the server idle  {idle_run:6.1f} %   the server {idle:6.1f} %")
         print(f"  the run, a page plots     {run_share:6.1f} %   the server {ui_share:6.1f} %   (aim: at most 15 %)")
         print(f"  messages to the page      {count / seconds:6.0f} /s of {PLOTS * RATE_HZ}")
+        print(f"  the end of a killed run reaches the page after {end_s * 1000:.0f} ms (aim: 1000 ms)")
+
+
+def time_until_end(run: subprocess.Popen[str], page: object) -> float:
+    """Kill a run, and return the time until the page receives that it has ended."""
+    begun = perf_counter()
+    run.kill()
+    while True:
+        message = page.recv(timeout=10)  # type: ignore[attr-defined]  # a connection
+        if isinstance(message, str) and '"ended"' in message:
+            return perf_counter() - begun
 
 
 def wait_for(folder: Path) -> None:

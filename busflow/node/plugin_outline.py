@@ -9,9 +9,12 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 
 UNREADABLE = (SyntaxError, ValueError, OSError, RecursionError, MemoryError)
 """The errors of reading a file that is not Python: bad syntax, null bytes, no permission, hostile nesting."""
+_PARSING = Lock()
+"""CPython 3.11 to 3.13 count nesting for all threads together: two that parse at once may fail with SystemError."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +52,7 @@ class Outline:
         if file in self._read:
             return self._read[file]
         found = self._read[file] = {}  # a circular import sees what is known so far
-        with warnings.catch_warnings():
+        with _PARSING, warnings.catch_warnings():  # the filters are those of all threads as well
             warnings.simplefilter("ignore")  # an invalid escape in the user's string is not ours to report
             tree = ast.parse(file.read_bytes(), file.name)
         for statement in ast.walk(tree):
@@ -58,8 +61,7 @@ class Outline:
         for statement in tree.body:
             if isinstance(statement, ast.ClassDef) and any(_is_node(base, found) for base in statement.bases):
                 text = ast.get_docstring(statement) or ast.get_docstring(tree) or ""
-                summary = text.partition("\n")[0]
-                found[statement.name] = Definition(statement.name, file, statement.lineno, summary)
+                found[statement.name] = Definition(statement.name, file, statement.lineno, text.partition("\n")[0])
         return found
 
     def _imported(self, statement: ast.ImportFrom, file: Path) -> dict[str, Definition]:
@@ -104,6 +106,5 @@ def files_with_nodes(path: Path) -> list[Path]:
 
 
 def _is_node(base: ast.expr, known: Mapping[str, Definition]) -> bool:
-    if isinstance(base, (ast.Name, ast.Attribute)):
-        return ast.unparse(base) in known or (isinstance(base, ast.Attribute) and base.attr.endswith("Node"))
-    return False
+    is_known = isinstance(base, (ast.Name, ast.Attribute)) and ast.unparse(base) in known
+    return is_known or (isinstance(base, ast.Attribute) and base.attr.endswith("Node"))

@@ -1,5 +1,8 @@
 """What a file's text tells of its node classes, without importing it."""
 
+import gc
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -79,3 +82,21 @@ def test_what_is_not_python_is_refused(tmp_path: Path, text: bytes):
 
 def test_a_warning_in_the_file_is_not_printed(tmp_path: Path):
     assert outline(written(tmp_path, {"x.py": CAMERA + "pattern = '\\d'\n"}), "x.py") == {"Camera": "Sees."}
+
+
+def test_files_are_read_in_several_threads(tmp_path: Path):
+    """The collector's callback lets another thread go on in the midst of parsing, as a full processor does at times."""
+    file = written(tmp_path, {"x.py": CAMERA + "class Part: ...\n" * 300}) / "x.py"
+    callback = lambda *_: None  # noqa: E731  # Python code, in which threads take turns
+    threshold, interval = gc.get_threshold(), sys.getswitchinterval()
+    gc.callbacks.append(callback)
+    gc.set_threshold(50)
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(2) as threads:
+            found = list(threads.map(lambda _: list(Outline().of_file(file)), range(40)))
+    finally:
+        gc.callbacks.remove(callback)
+        gc.set_threshold(*threshold)
+        sys.setswitchinterval(interval)
+    assert found == [found[0]] * 40

@@ -86,18 +86,29 @@ class RunSource:
         questions = RunQuestions(bridge, print_message=self._print)
         self._bridge, self._questions, self._ended = bridge, questions, None
         self._present.set()
-        keeping = asyncio.create_task(questions.keep())
         try:
-            await bridge.ended()
+            await _until_ended(bridge, questions)
             self._ended = questions.last_words()
             questions.send_all("run", self._ended)
             await bridge.say_farewell()
             self._print(f"the run {self._name} has ended; waiting for the next one")
         finally:
-            keeping.cancel()
             self._bridge = self._questions = None
             self._present.clear()
             for connection in list(self._connections):
                 await connection.close(CloseCode.GOING_AWAY, f"the run {self._name} has ended"[:100])
             await asyncio.to_thread(questions.close)
             bridge.close()
+
+
+async def _until_ended(bridge: Bridge, questions: RunQuestions) -> None:
+    """Keep the pages up to date until the run has ended."""
+    tasks = [asyncio.create_task(each()) for each in (bridge.ended, questions.keep)]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            task.result()  # an error ends all: pages that stand still in silence would be worse
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

@@ -17,7 +17,7 @@ from busflow_ui.questions.followed import Changed, NewLines
 from busflow_ui.questions.graph_answer import Moment, graph_answer
 from busflow_ui.questions.heartbeat import Heartbeat
 from busflow_ui.questions.page_recorder import PageRecorder
-from busflow_ui.questions.session import Question, Session
+from busflow_ui.questions.session import Question, Session, mistake
 from busflow_ui.questions.steering import Steering
 
 if TYPE_CHECKING:
@@ -47,6 +47,9 @@ class RunQuestions:
         self._run_row: dict[str, Any] = {}
         self._silent_s: float | None = None
         self._places: Mapping[str, str] | None = None
+        self._reading_places = asyncio.Lock()
+        self._mistakes: set[str] = set()
+        """Followed questions that failed by a mistake of ours; each is reported once."""
         self._recorder = PageRecorder(bridge.peer)
         self._heartbeat = Heartbeat(bridge.peer, lambda: bool(self._sessions), self._on_silence)
         steering = Steering(bridge.peer, bridge.ask, bridge.call)
@@ -108,11 +111,18 @@ class RunQuestions:
             await self._bridge.ask(self._recorder.follow)
             for name in sorted({name for each in self._sessions for name in each.following}):
                 if looks % self._questions[name].every == 0:
-                    with suppress(BusflowError):  # the bridge says that the run is silent
-                        await self._send_followed(name)
+                    await self._send_followed(name)
 
     async def _send_followed(self, name: str) -> None:
-        found = await self._questions[name].answer({})
+        try:
+            found = await self._questions[name].answer({})
+        except BusflowError:
+            return  # the bridge says that the run is silent
+        except Exception as error:  # noqa: BLE001  # the next look may succeed, and the other answers go on
+            if name not in self._mistakes:
+                self._print(mistake(name, error))
+            self._mistakes.add(name)
+            return
         for session in self._sessions:
             session.send_update(name, found)
 
@@ -133,8 +143,10 @@ class RunQuestions:
         return row if self._silent_s is None else {**row, "silent_s": self._silent_s}
 
     async def _graph(self, _arguments: Mapping[str, Any]) -> object:
-        if self._places is None:
-            self._places = await self._bridge.call(self._read_places)
+        async with self._reading_places:
+            places = self._places
+            if places is None:
+                places = self._places = await self._bridge.call(self._read_places)
         now = Moment(self._bridge.graph, self._bridge.looked_s)  # read each second while a viewer is connected
         moments = self._moments
         while moments and now.at_s - moments[0].at_s > _TOO_LONG_S:
@@ -144,7 +156,7 @@ class RunQuestions:
         before = moments[0] if moments and now.at_s - moments[0].at_s >= _RATED_S else None
         if not moments or now.at_s > moments[-1].at_s:
             moments.append(now)
-        return graph_answer(now, before, self._places or {})
+        return graph_answer(now, before, places)
 
     def _read_places(self) -> Mapping[str, str]:
         """Return where each node's class is; nothing where the launch file is gone, or on another machine."""

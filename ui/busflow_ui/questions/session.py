@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -110,8 +109,12 @@ class Session:
             self._keep(asyncio.create_task(self._send_first(follow.question, question)))
 
     async def _send_first(self, name: str, question: Question) -> None:
-        with suppress(BusflowError):  # the run is silent, which is reported; a later look sends it
+        try:
             self.send_update(name, await question.answer({}))
+        except BusflowError:
+            pass  # the run is silent, which is reported; a later look sends it
+        except Exception as error:  # noqa: BLE001  # as above: a later look sends it
+            self._print(mistake(name, error))
 
     async def _answer(self, ask: frames.Ask) -> None:
         try:
@@ -120,7 +123,7 @@ class Session:
         except BusflowError as error:
             self.send(frames.error(ask.id, printable(error, limit=2000)))
         except Exception as error:  # noqa: BLE001  # a page waits for each answer, also where ours is the mistake
-            self._print(f"error: {ask.question} failed; this is a bug in busflow, please report it: {error!r}")
+            self._print(mistake(ask.question, error))
             self.send(frames.error(ask.id, "busflow failed to answer; its terminal says more"))
 
     def _allowed(self, ask: frames.Ask) -> Question:
@@ -134,3 +137,8 @@ class Session:
         if found is None:
             raise MalformedMessage(f"there is no question {name[:100]!r}; {did_you_mean(name[:100], self._questions)}")
         return found
+
+
+def mistake(question: str, error: Exception) -> str:
+    """Return the line that reports an answer which failed by a mistake of ours."""
+    return f"error: {question} failed; this is a bug in busflow, please report it: {error!r}"

@@ -160,11 +160,9 @@ def test_a_second_user_is_refused_in_words(stage: Stage):
 def test_a_killed_run_gives_way_to_the_next(stage: Stage, screenshot: Keep):
     stage.view("Graph")
     stage.page.wait_for_selector('[data-vertex="node /odd"]')
-    begun = time.perf_counter()
     assert stage.run is not None
     stage.run.process.send_signal(signal.SIGKILL)
     stage.page.wait_for_selector(".banner:has-text('has ended')")
-    assert time.perf_counter() - begun < 3, "a second on a quiet machine"
     screenshot(stage.page, "ended")
     stage.start()
     stage.page.wait_for_selector(".banner:has-text('has ended')", state="detached")

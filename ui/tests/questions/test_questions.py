@@ -8,6 +8,7 @@ import asyncio
 import json
 import threading
 from collections.abc import Awaitable, Callable, Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -21,6 +22,7 @@ from busflow_ui.questions import arguments, frames
 from busflow_ui.questions.followed import Changed, NewLines
 from busflow_ui.questions.graph_answer import Moment, graph_answer
 from busflow_ui.questions.heartbeat import Heartbeat
+from busflow_ui.questions.run_questions import RunQuestions
 from busflow_ui.questions.session import Question, Session
 
 PATIENCE_S = 60.0
@@ -299,3 +301,45 @@ def test_a_followed_answer_is_sent_at_once():
     assert found == {"op": "busflow/update", "question": "graph", "answer": {"nodes": []}}
     with pytest.raises(MalformedMessage, match="cannot be followed"):
         answered(follow, graph=Question(saying({})))
+
+
+# Of a run.
+
+
+class TornBridge:
+    """A run's bridge whose first graph is none: what is made of it fails, as by a mistake of ours."""
+
+    def __init__(self) -> None:
+        self.peer: Any = SimpleNamespace(run=SimpleNamespace(name="lab", card=SimpleNamespace(file="/nowhere.yaml")))
+        self.graph: Any = None
+        self.looked_s = 0.0
+
+    async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
+        return question(*arguments)
+
+    call = ask
+
+    async def next_look(self) -> None:
+        await asyncio.sleep(0)
+        self.looked_s += 1.0
+        self.graph = view([], []) if self.looked_s > 2 else None
+
+
+def test_a_failed_answer_holds_up_no_later(capsys: pytest.CaptureFixture[str]):
+    async def main() -> dict[str, Any]:
+        bridge: Any = TornBridge()
+        questions = RunQuestions(bridge, print_message=print)
+        sent: asyncio.Queue[str] = asyncio.Queue()
+        page: Any = SimpleNamespace(send=sent.put_nowait, read_only=True)
+        questions.session(page).take('{"op":"busflow/follow","question":"graph","on":true}')
+        keeping = asyncio.create_task(questions.keep())
+        try:
+            return json.loads(await asyncio.wait_for(sent.get(), PATIENCE_S))
+        finally:
+            keeping.cancel()
+            questions.close()
+
+    found = asyncio.run(main())
+    assert found["question"] == "graph"
+    assert found["answer"]["nodes"] == []
+    assert "please report it" in capsys.readouterr().out
