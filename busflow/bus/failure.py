@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
-from inspect import isasyncgen, iscoroutine, isgenerator
+from inspect import CORO_CREATED, getcoroutinestate, isasyncgen, iscoroutine, isgenerator
 from typing import cast
 
 from busflow.errors import InvalidDeclaration
@@ -25,6 +25,11 @@ class Failure:
     """The code that raised, for people: `SensorProcessor.on_imu (subscription /imu/data)`."""
     error: BaseException
     message: Message | None = None
+
+    def __post_init__(self) -> None:
+        forgotten = getattr(self.cause, "obj", None)
+        if iscoroutine(forgotten) and getcoroutinestate(forgotten) == CORO_CREATED:
+            forgotten.close()  # its failure says that it was never awaited; Python need not warn as well
 
     @property
     def summary(self) -> str:
@@ -55,6 +60,8 @@ class Failure:
     def _raised(self) -> str:
         error = self.cause
         text = printable(str(error), limit=_SHOWN)
+        if isinstance(error, AttributeError) and iscoroutine(error.obj):
+            text += f"; write await before the call of {error.obj.__qualname__}"
         return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 

@@ -220,8 +220,8 @@ def timer(
 ) -> Callable[[Callable[[Any], Any]], TimerDeclaration]:
     """Call a method periodically: `@timer(0.1)`, `@timer(hz=10)`, or `@timer(hz="rate_hz")` naming a parameter.
 
-    A change of the parameter changes the timer; 0 is off. The first call comes after one period. A tick that could
-    not be kept is skipped and counted, or made up for with `missed="burst"`.
+    A change of the parameter changes the timer; a parameter of 0 is off. The first call comes after one period. A tick
+    that could not be kept is skipped and counted, or made up for with `missed="burst"`.
     """
     if callable(period_s):
         name = getattr(period_s, "__name__", "tick")
@@ -230,13 +230,13 @@ def timer(
         raise InvalidDeclaration("@timer takes either the period in seconds or hz=, and a number or a parameter's name")
     given = hz if period_s is None else period_s
     if not isinstance(given, str) and not _is_period(given):
-        raise InvalidDeclaration(f"@timer(…) needs 0 (off), a positive number or a parameter's name, got {given!r}")
+        raise InvalidDeclaration(f"@timer(…) needs a positive number or a parameter's name, got {given!r}")
     policy = Missed(missed)
     return lambda function: TimerDeclaration(function, period_s, hz, policy)
 
 
 def _is_period(given: object) -> bool:
-    return isinstance(given, int | float) and not isinstance(given, bool) and 0 <= given < float("inf")
+    return isinstance(given, int | float) and not isinstance(given, bool) and 0 < given < float("inf")
 
 
 def checked_name(name: Any, what: str, kind: str) -> str:

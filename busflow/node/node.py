@@ -27,6 +27,7 @@ from busflow.node.parameters import Parameters, validate
 from busflow.node.runtime import NodeRuntime
 from busflow.node.signatures import calling_frame, calling_line
 from busflow.text import printable
+from busflow.validation.tracebacks import line
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
@@ -142,8 +143,11 @@ class Node(_RclpyNames):
             raise InvalidDeclaration(f"{cls.__name__}.{name} hides Node.{name}; choose another name")
         for name in _HOOKS & vars(cls).keys():
             kind = "def" if name == "declare" else "async def"
-            if isfunction(vars(cls)[name]) and iscoroutinefunction(vars(cls)[name]) == (name == "declare"):
-                raise InvalidDeclaration(f"{cls.__name__}.{name} must be written as {kind} {name}(self)")
+            hook = vars(cls)[name]
+            if isfunction(hook) and iscoroutinefunction(hook) == (name == "declare"):
+                error = InvalidDeclaration(f"{cls.__name__}.{name} must be written as {kind} {name}(self)")
+                error.place = line(hook.__code__.co_filename, hook.__code__.co_firstlineno)
+                raise error
         inherit(cls, frame)
 
     # What there is around a node.
@@ -210,8 +214,8 @@ class Node(_RclpyNames):
             InvalidName, IncompatibleType, IncompatibleQoS: at once, when the node is part of a graph.
         """
         origin = f"{self.name}: create_subscription"
-        line = calling_line()
-        return self._runtime.create_subscription(message_type, topic, handler, qos, origin=origin, line=line)
+        written = calling_line()
+        return self._runtime.create_subscription(message_type, topic, handler, qos, origin=origin, line=written)
 
     def create_service(
         self,
@@ -227,8 +231,8 @@ class Node(_RclpyNames):
             InvalidName, IncompatibleType, DuplicateServer: at once, when the node is part of a graph.
         """
         origin = f"{self.name}: create_service"
-        line = calling_line()
-        return self._runtime.create_service(service_type, service, handler, depth=depth, origin=origin, line=line)
+        written = calling_line()
+        return self._runtime.create_service(service_type, service, handler, depth=depth, origin=origin, line=written)
 
     def create_client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
         """Ask a service from now on.

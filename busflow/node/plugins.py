@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, TypeGuard, cast
 from busflow.errors import BusflowError, Place, PluginError, Problem, how_to_install
 from busflow.node.entry_points import entry_points, source_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
+from busflow.node.signatures import import_of
 from busflow.node.slow_import import slow_import_named
 from busflow.text import did_you_mean, printable, quoted
 from busflow.validation import tracebacks
@@ -300,6 +301,7 @@ def _raised_by_statement(error: BaseException) -> bool:
 def _import_problem(name: str, folder: Path | None, file: Path | None, error: BaseException) -> Problem:
     way = tracebacks.places(error, within=folder)
     place = way.pop() if way else Place(tracebacks.shown(file), 1, 1) if file else None
+    place = error.place or place if isinstance(error, BusflowError) else place
     text = str(error) if isinstance(error, BusflowError) else tracebacks.reason(error)
     reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", text)
     code, message, fix = "plugin-import", f"plugin {name!r} cannot be imported: {reason}", None
@@ -307,6 +309,8 @@ def _import_problem(name: str, folder: Path | None, file: Path | None, error: Ba
         code = "plugin-syntax"
     elif isinstance(error, ModuleNotFoundError) and error.name:
         fix = _fix_for_missing(error.name, folder)
+    elif isinstance(error, NameError):
+        fix = f"write `{found}`" if (found := import_of(str(error.name))) else None
     elif isinstance(error, (SystemExit, KeyboardInterrupt)):
         message = f"plugin {name!r} ends the program when it is imported: {reason}"
         fix = 'put what runs as a script under `if __name__ == "__main__":`'

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
+import pkgutil
 import re
 import sys
 import typing
@@ -69,12 +71,26 @@ def resolve(annotation: str, names: dict[str, Any], surroundings: Mapping[str, A
     try:
         return typing.get_type_hints(holder, names, dict(surroundings))["it"]
     except NameError as error:
+        found = import_of(str(error.name))
         raise InvalidDeclaration(
             f"{origin} is annotated with {annotation!r}, but {error.name!r} is not defined when the program runs; "
-            "import it outside `if TYPE_CHECKING:`"
+            f"{f'write `{found}`' if found else 'import it'} outside `if TYPE_CHECKING:`"
         ) from None
     except (SyntaxError, TypeError, AttributeError) as error:
         raise InvalidDeclaration(f"{origin} is annotated with {annotation!r}: {error}") from None
+
+
+def import_of(name: str) -> str | None:
+    """The import statement for one of busflow's names or for a standard message.
+
+    >>> import_of("timer"), import_of("Imu")
+    ('from busflow import timer', 'from busflow.msgs.sensor_msgs import Imu')
+    """
+    messages = importlib.import_module("busflow.msgs")
+    for module in ("busflow", *(f"busflow.msgs.{each.name}" for each in pkgutil.iter_modules(messages.__path__))):
+        if name in importlib.import_module(module).__all__:
+            return f"from {module} import {name}"
+    return None
 
 
 def calling_frame() -> FrameType:

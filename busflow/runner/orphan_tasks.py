@@ -196,9 +196,12 @@ def unawaited_logged(log: Log) -> Generator[None]:
         if not (issubclass(category, RuntimeWarning) and str(message).endswith(" was never awaited")):
             before(message, category, filename, lineno, *rest)
             return
-        life = life_in(_user_frames(sys._getframe(1)))  # noqa: SLF001  # as above
+        frame = sys._getframe(1)  # noqa: SLF001  # as above
+        life, where = life_in(_user_frames(frame)), {"at": f"{shown(filename)}:{lineno}"}
+        if filename.startswith(BUSFLOW):  # a variable kept it until the handler returned to what calls it
+            where = {"called_by": _caller(frame)}
         (log.bind("busflow") if life is None else life.log).warning(
-            f"{message}, so nothing of it has run: write await before the call", at=f"{shown(filename)}:{lineno}"
+            f"{message}, so nothing of it has run: write await before the call", **where
         )
 
     warnings.showwarning = show
@@ -206,6 +209,13 @@ def unawaited_logged(log: Log) -> Generator[None]:
         yield
     finally:
         warnings.showwarning = before
+
+
+def _caller(frame: FrameType | None) -> str:
+    """Describe the endpoint or timer whose method is the first of busflow's own around a frame."""
+    while frame is not None and not frame.f_code.co_filename.startswith(BUSFLOW):
+        frame = frame.f_back
+    return repr(frame.f_locals.get("self")) if frame is not None else ""
 
 
 def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:

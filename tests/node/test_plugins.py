@@ -337,6 +337,18 @@ class TestFailingImport:
         write("imu.py", "from sensor_msgs.msg import Imu\n")
         assert "fix: write `from busflow.msgs.sensor_msgs import …`" in str(failure("imu", folder))
 
+    def test_a_forgotten_import_is_written_out(self, write: Write, folder: Path):
+        write("camera.py", "def on_imu(imu: Imu): ...\n")
+        assert "fix: write `from busflow.msgs.sensor_msgs import Imu`" in str(failure("camera", folder))
+        write("lidar.py", "@timer(1)\ndef tick(self): ...\n")
+        assert "fix: write `from busflow import timer`" in str(failure("lidar", folder))
+        write("radar.py", "nothing_of_ours\n")
+        assert "fix" not in str(failure("radar", folder))
+
+    def test_a_wrong_hook_is_marked_at_its_line(self, write: Write, folder: Path):
+        path = write("camera.py", "from busflow import Node\n\nclass Camera(Node):\n    def start(self): ...\n")
+        assert str(failure("camera", folder)).startswith(f"{path}:4:5: error: plugin 'camera' cannot be imported")
+
     @pytest.mark.parametrize("statement", ["raise SystemExit(3)", "import sys; sys.exit()", "exit()"])
     def test_a_plugin_that_exits_is_an_error(self, write: Write, folder: Path, statement: str):
         write("camera.py", f"{statement}\n")

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 import busflow
-from busflow import Node, NodeFailed, publisher, supervised, timer
+from busflow import Node, NodeFailed, client, publisher, supervised, timer
 from busflow.errors import ExitCode, Stray
 from busflow.msgs.std_msgs import Int64
+from busflow.msgs.std_srvs import Trigger
 from busflow.testing import harness, virtual_time
 
 
@@ -308,6 +309,32 @@ def test_unawaited_coroutine_is_logged_with_node_and_line(capsys):
     output = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
     assert "warning  /hasty: coroutine 'Hasty.work' was never awaited" in output
     assert "test_orphan_tasks.py:" in output
+
+
+class Keeping(Node):
+    """Forgets to await a call, and keeps what it returns."""
+
+    reset = client(Trigger, "reset")
+
+    @timer(0.05)
+    def tick(self) -> None:
+        _kept = self.reset.call()
+
+    @timer(0.12)
+    def use(self) -> None:
+        self.log.info(self.reset.call().success)  # type: ignore[attr-defined]  # that is the mistake
+
+
+@pytest.mark.filterwarnings("default::RuntimeWarning")
+def test_unawaited_call_names_its_timer_or_line(capsys):
+    gc.collect()
+    assert busflow.run(Keeping, inspect=False) == ExitCode.FAILED
+    gc.collect()
+    output = capsys.readouterr().err
+    assert "has no attribute 'success'; write await before the call of Client.call" in output
+    (line,) = [line for line in output.splitlines() if "never awaited" in line]
+    assert "busflow: coroutine 'Client.call' was never awaited" in line
+    assert "called_by=<Timer tick of /keeping" in line
 
 
 class Quitting(Node):

@@ -98,7 +98,8 @@ def test_correct_graph_has_no_problem(check):
             "  other: {plugin: hinting}\n",
             (
                 "plugins/hinting.py:8:5: error: other cannot declare its endpoints: Hinting.on_number is annotated with "
-                "'Float64', but 'Float64' is not defined when the program runs; import it outside `if TYPE_CHECKING:`\n"
+                "'Float64', but 'Float64' is not defined when the program runs; write `from busflow.msgs.std_msgs import "
+                "Float64` outside `if TYPE_CHECKING:`\n"
                 "  used by lab1.yaml:5:3"
             ),
         ),
