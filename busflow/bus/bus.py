@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from functools import partial
 from threading import get_ident
 from typing import Any, TypeAlias, TypeVar
@@ -50,6 +50,8 @@ class Bus:
         """
         self.topics: dict[str, Topic[Any]] = {}
         self.services: dict[str, Service[Any, Any]] = {}
+        self.shared: dict[Hashable, Any] = {}
+        """Objects of packages above that the nodes of the process share, each under a key of its own."""
         self.on_attach: list[Callable[[Any], None]] = []
         """Called with every new endpoint, timer and parameter store, before it is used."""
         self.on_detach: list[Callable[[AnyEndpoint], None]] = []

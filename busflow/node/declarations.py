@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from fractions import Fraction
-from types import FrameType
+from types import FrameType, FunctionType
 from typing import Any, Generic, NoReturn, Self, TypeVar, cast, overload
 
 from busflow.bus.publisher import Publisher
@@ -52,6 +52,13 @@ class Declaration:
     def origin(self) -> str:
         """The declaration for people: `SensorProcessor.on_imu`."""
         return f"{self.owner}.{self.name}"
+
+    def remember(self, frame: FrameType) -> None:
+        """Keep what annotations name of the class's surroundings; `frame` is that of the class statement."""
+
+    def renewed(self, function: FunctionType) -> Declaration | None:  # noqa: ARG002  # for those that override it
+        """The declaration of a subclass's method that overrides this one without a decorator; None if it ends there."""
+        return None
 
 
 class EndpointDeclaration(Declaration, Generic[E]):
@@ -134,7 +141,7 @@ class TimerDeclaration(EndpointDeclaration[Timer]):
         self._period_s = period_s
         self._hz = hz
 
-    def with_function(self, function: Callable[[Any], Any]) -> TimerDeclaration:
+    def renewed(self, function: FunctionType) -> TimerDeclaration:
         """The same timer for the method of a subclass that overrides this one."""
         return TimerDeclaration(function, self._period_s, self._hz, self.missed)
 
@@ -166,6 +173,17 @@ class TimerDeclaration(EndpointDeclaration[Timer]):
         except ValueError:
             raise InvalidDeclaration(f"{self.origin}: a timer cannot run at {value!r}") from None
         return 1 / number if self._hz is not None and number else number
+
+
+class ComposedDeclaration(EndpointDeclaration[E]):
+    """An attribute of a package above: endpoints that a node gets together, and what stands for them on an instance."""
+
+    def compose(self, node: Any) -> E:
+        """Create the endpoints with the runtime of a node; return the instance's attribute.
+
+        The bus is not there yet: what needs it is added to the runtime's `on_connect`.
+        """
+        raise NotImplementedError
 
 
 class ParametersDeclaration(Declaration):

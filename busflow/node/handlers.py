@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from types import FrameType, FunctionType
-from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, cast, overload
+from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, overload
 
 from busflow.bus.events import Event
 from busflow.bus.qos import QoS, checked_qos
@@ -16,7 +16,6 @@ from busflow.interfaces.message import Message, ServiceType, type_name
 from busflow.node.declarations import (
     Declaration,
     PullDeclaration,
-    TimerDeclaration,
     checked_name,
     checked_service_type,
     checked_type,
@@ -96,6 +95,10 @@ class Handler(Declaration, Generic[P, R]):
         self.roles = roles
         self._above = above
         self._surroundings: Mapping[str, Any] = {}
+
+    def renewed(self, function: FunctionType) -> Handler[..., Any]:
+        """The handler that a method of a subclass is which overrides this one without a decorator."""
+        return Handler(function, self.roles, self)
 
     @overload
     def __get__(self, instance: None, owner: type) -> Self: ...
@@ -295,18 +298,10 @@ def inherit(node_class: type, frame: FrameType) -> None:
     for name in {name for base in node_class.__mro__ for name in vars(base)}:
         # The overriding class may also be a mixin without nodes among its bases.
         value, above, *_ = [vars(base)[name] for base in node_class.__mro__ if name in vars(base)] + [None]
-        renewed = _renewed(above, value) if isinstance(value, FunctionType) else None
-        if renewed is not None:
+        overrides = isinstance(value, FunctionType) and isinstance(above, Declaration)
+        if overrides and (renewed := above.renewed(value)) is not None:
             renewed.__set_name__(node_class, name)
             setattr(node_class, name, renewed)
     for value in vars(node_class).values():
-        if isinstance(value, Handler):
+        if isinstance(value, Declaration):
             value.remember(frame)
-
-
-def _renewed(above: object, function: FunctionType) -> Declaration | None:
-    if isinstance(above, Handler):
-        return Handler(function, above.roles, cast("Handler[..., Any]", above))
-    if isinstance(above, TimerDeclaration):
-        return above.with_function(function)
-    return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from structlog.typing import FilteringBoundLogger
 
@@ -23,6 +23,7 @@ from busflow.node.callbacks import EventHandler, ParameterHandler
 from busflow.node.context import Rng, Surroundings
 from busflow.node.declarations import (
     ClientDeclaration,
+    ComposedDeclaration,
     Declaration,
     PublisherDeclaration,
     PullDeclaration,
@@ -67,6 +68,8 @@ class NodeRuntime:
         self.parameter_events: ParameterEvents
         """Exists from `declare` on."""
         self.used_remaps: set[str] = set()
+        self.on_connect: list[Callable[[Bus], None]] = []
+        """Called with the bus once the endpoints are connected to it."""
         self._surroundings: Surroundings | None = None
         self._bus: Bus | None = None
         self._parameter_handlers: list[ParameterHandler] = []
@@ -121,7 +124,8 @@ class NodeRuntime:
                     f"receives; {did_you_mean(listener.topic, topics, none='declare it')}"
                 )
 
-    def _create(self, declared: Declaration) -> Publisher[Any] | Subscription[Any] | Client[Any, Any] | Timer | None:
+    def _create(self, declared: Declaration) -> Any:
+        """Create what is declared; return what the instance has in its place, or None."""
         origin, line = declared.origin, declared.written
         if isinstance(declared, PublisherDeclaration):
             return self.create_publisher(declared.type, declared.topic, declared.qos, origin=origin, line=line)
@@ -141,7 +145,7 @@ class NodeRuntime:
                     declared.check_service(role.type)
                     self.create_service(role.type, role.service, bound, depth=role.depth, origin=origin, line=line)
                 else:
-                    topic = self._resolve(role.topic).name
+                    topic = self.resolve(role.topic).name
                     handler = EventHandler(topic, declared.event_type(), bound, origin, self.life)
                     self.endpoints.listeners.append(handler)
         if isinstance(declared, TimerDeclaration):
@@ -151,6 +155,8 @@ class NodeRuntime:
             if declared.parameter is not None:
                 self.parameters.pace(timer, declared.parameter, declared.period)
             return timer
+        if isinstance(declared, ComposedDeclaration):
+            return cast("ComposedDeclaration[Any]", declared).compose(self.node)
         return None
 
     def create_publisher(
@@ -216,7 +222,7 @@ class NodeRuntime:
     def _service_endpoint(self, service_type: Any, service: str, origin: str, line: Line | None) -> ServiceEndpoint:
         checked = checked_service_type(service_type, origin)
         self._refuse_after_the_end(origin)
-        resolved = self._resolve(service, service=True)
+        resolved = self.resolve(service, service=True)
         return ServiceEndpoint(self.full_name, resolved.name, checked, origin, service, resolved.rule, line)
 
     def _endpoint(
@@ -231,7 +237,7 @@ class NodeRuntime:
         if not (isinstance(message_type, type) and issubclass(message_type, Message)):  # type: ignore[redundant-expr]  # users without a type checker
             raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
         self._refuse_after_the_end(origin)
-        resolved = self._resolve(topic)
+        resolved = self.resolve(topic)
         own = checked_qos(qos, origin) or QoS()
         merged, stated = QoS.merge(own, *layers(resolved.name)), frozenset(own.model_fields_set)
         name = resolved.name
@@ -243,7 +249,8 @@ class NodeRuntime:
         if self._ended:
             raise NotRunning(f"{origin}: {self.full_name} has left its graph; it can create nothing more")
 
-    def _resolve(self, name: str, *, service: bool = False) -> names.Resolved:
+    def resolve(self, name: str, *, service: bool = False) -> names.Resolved:
+        """The final name of a topic or service that the node calls `name`."""
         around = self.surroundings
         resolved = names.resolve(
             name, node=self.name, namespace=around.namespace, remaps=around.remaps, service=service
@@ -258,6 +265,8 @@ class NodeRuntime:
         bus.announce(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
         self.endpoints.connect(bus, predecessor.endpoints.hand_over() if predecessor else None)
+        for each in self.on_connect:
+            each(bus)
 
     @property
     def bus(self) -> Bus:

@@ -14,8 +14,9 @@ from busflow.bus.events import DeadlineMissed
 from busflow.clock import SimClock
 from busflow.errors import InvalidDeclaration
 from busflow.msgs.std_msgs import Bool, Int64, String
-from busflow.node.declarations import PublisherDeclaration, PullDeclaration, TimerDeclaration
+from busflow.node.declarations import ComposedDeclaration, PublisherDeclaration, PullDeclaration, TimerDeclaration
 from busflow.node.handlers import Handler, declarations_of, on_event
+from busflow.node.node import runtime_of
 from busflow.testing import virtual_time
 
 if TYPE_CHECKING:
@@ -417,3 +418,34 @@ def test_handler_takes_one_thing_besides_the_node(decorator, example):
             decorator(wrong)
         assert f"write def {wrong.__name__}(self, {example}" in str(caught.value)
     assert isinstance(decorator(collecting), Handler)
+
+
+class Pair(ComposedDeclaration[tuple[str, str]]):
+    """Two publishers of numbers that stand as their topics' names on an instance."""
+
+    def compose(self, node: Node) -> tuple[str, str]:
+        runtime = runtime_of(node)
+        ends = [runtime.create_publisher(Int64, f"{self.name}/{side}", None, origin=self.origin) for side in "ab"]
+        runtime.on_connect.append(lambda bus: bus.shared.setdefault(node.name, sorted(bus.topics)))
+        return ends[0].topic, ends[1].topic
+
+
+class WithPair(Node):
+    both = Pair()
+
+
+@virtual_time
+async def test_composed_declaration_creates_endpoints_and_is_connected():
+    class Derived(WithPair):
+        def both(self):
+            """Override it with a method, which ends the declaration."""
+
+    async with Graph([WithPair, Derived], clock=SimClock()) as graph:
+        assert graph.node("with_pair").both == ("/both/a", "/both/b")
+        assert {"/both/a", "/both/b"} <= set(graph.bus.shared["with_pair"])
+        assert declarations_of(Derived) == {}
+
+
+def test_composition_belongs_to_the_package_above():
+    with pytest.raises(NotImplementedError):
+        ComposedDeclaration[int]().compose(Base())
