@@ -57,9 +57,7 @@ def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
 
     Directories left behind by dead runs are removed.
     """
-    from busflow.wire.zenoh.run_directory import folders
-
-    places = folders()
+    places = _places()
     findings = _Findings((None, each) for each in (*_about_versions(), *_about_commands(context), *_about(places)))
     examined = [_examine(present) for present in _present(run, findings)]
     findings += [(each.present.run.name, problem) for each in examined for problem in each.findings]
@@ -98,9 +96,24 @@ def _versions() -> dict[str, str | None]:
     return {"busflow": busflow.__version__, "python": platform.python_version(), "zenoh": zenoh}
 
 
-def _about_versions() -> Iterator[Problem]:
-    from busflow.wire.zenoh.session import require_zenoh
+def _places() -> list[Folder]:
+    """Return the folders for runs; none where the platform has nothing that connects terminals with runs."""
+    from busflow.wire.zenoh.run_directory import folders
 
+    try:
+        return folders()
+    except InspectionUnavailable:
+        return []
+
+
+def _about_versions() -> Iterator[Problem]:
+    from busflow.wire.zenoh.session import require_unix_sockets, require_zenoh
+
+    try:
+        require_unix_sockets()
+    except InspectionUnavailable as error:
+        yield Problem("no-unix-sockets", f"runs cannot be inspected: {error}", "busflow run, check and test work here")
+        return
     try:
         require_zenoh()
     except InspectionUnavailable as error:

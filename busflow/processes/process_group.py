@@ -25,7 +25,7 @@ from busflow.runner.extension import Extension
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership
 from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
-from busflow.wire.zenoh.session import SOCKET
+from busflow.wire.zenoh.session import SOCKET, require_unix_sockets
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.preflight import Plan
@@ -241,6 +241,7 @@ class ProcessGroup(Extension):
         Raises:
             InspectionUnavailable: no safe directory can be made.
         """
+        require_unix_sockets(", or run all nodes in this process: --one-process")
         graph = self._graph
         if self._machines is not None:
             self._machines.on_doubled = lambda: graph.ask_to_stop(ExitCode.FAILED)

@@ -10,6 +10,7 @@ A test is part of a longer run, so what ends it first is a `KeyboardInterrupt` i
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
 import socket
@@ -32,7 +33,7 @@ _LIMITED = 255
 """Number that is no signal's: the run's time limit begins, and after it the grace."""
 CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
 """Exit codes of a run that a signal ends."""
-if sys.platform != "win32":
+if hasattr(signal, "SIGHUP"):  # Windows does not have it
     CODES[signal.SIGHUP] = ExitCode.HUNG_UP  # the terminal is gone: its window was closed, or its ssh broke
 
 
@@ -162,7 +163,7 @@ class SignalGuard:
                         more_s = 0.0
                     elif self.interrupt is not None and asked == 1:
                         standard_error.write(f"the run did not end within {self._grace_s:g} s{_place()}")
-                        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+                        _interrupt_main_thread()
                     else:
                         self._end(more_s)
                         return
@@ -202,11 +203,20 @@ def _heed_nothing(_number: int, _frame: FrameType | None) -> None:
     """A handler, since a signal that is ignored would be so in every program that the process executes."""
 
 
+def _interrupt_main_thread() -> None:
+    """Interrupt the main thread, in a blocking call too where the platform can."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:  # Windows
+        _thread.interrupt_main()
+
+
 def _end_process(code: ExitCode, why: str) -> None:
     """End the process now, and print what the main thread was doing."""
     where = _place()
     try:
-        os.set_blocking(standard_error.descriptor, False)  # the reader of standard error may be gone or blocked
+        if hasattr(os, "set_blocking"):  # not on Windows before Python 3.12
+            os.set_blocking(standard_error.descriptor, False)  # the reader of standard error may be gone or blocked
         standard_error.write(f"{why}{where}")
         if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
             [child.kill() for child in multiprocessing.active_children()]

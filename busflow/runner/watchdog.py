@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-import selectors
 import sys
 import threading
 from collections.abc import Iterator
@@ -40,9 +39,7 @@ _JUST_NOW_S = 1.0
 _BUSFLOW = str(Path(__file__).parents[1]) + os.sep
 _STEPS = 6
 """Stack lines in a warning, from the running line outwards."""
-_IDLE = {
-    kind.select.__code__ for kind in (selectors.DefaultSelector, selectors.SelectSelector, event_loop.PreciseSelector)
-}
+_IDLE = {kind.select.__code__ for kind in event_loop.SELECTORS}
 """Code objects in which an idle loop waits."""
 
 

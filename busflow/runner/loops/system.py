@@ -24,6 +24,8 @@ _SELECT_LIMIT = 1024
 _ANSWER_S = 0.4
 """Time within which a loop that turns calls what it is given, also on a busy machine."""
 _ONE = (1).to_bytes(8, sys.byteorder)
+SELECTORS: list[type[selectors.BaseSelector]] = [selectors.DefaultSelector, selectors.SelectSelector]
+"""Selectors in which an event loop waits on this platform."""
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
@@ -97,6 +99,8 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
             with self._ringing:
                 self._eventfd.close()
             super().close()
+
+    SELECTORS.append(PreciseSelector)
 
     class _WokenLoop(_Loop):
         """Is woken by its selector's bell; signals alone come through asyncio's pair of sockets."""

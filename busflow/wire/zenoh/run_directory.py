@@ -9,7 +9,6 @@ dead run. A process that makes or removes a directory holds the folder's lock me
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import re
@@ -25,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Self
 from busflow.errors import InspectionUnavailable, NoSuchRun
 from busflow.runner.forks import call_in_children
 from busflow.text import did_you_mean, printable
-from busflow.wire.zenoh.session import SOCKET, open_session
+from busflow.wire.zenoh.session import SOCKET, open_session, require_unix_sockets
 
 if TYPE_CHECKING:
     import zenoh
@@ -151,7 +150,7 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
 
     Raises:
         InspectionUnavailable: there is no run, and a folder where one would be belongs to another user, or others can
-            open it.
+            open it; or this platform has no Unix sockets.
     """
     found: list[FoundRun] = []
     unsafe: list[InspectionUnavailable] = []
@@ -181,7 +180,11 @@ class Folder:
 
 
 def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
-    """Return the folders that are searched for runs, in that order; nothing is removed."""
+    """Return the folders that are searched for runs, in that order; nothing is removed.
+
+    Raises:
+        InspectionUnavailable: this platform has no Unix sockets.
+    """
     found: list[Folder] = []
     for path in _folders(environment, search=True):
         if not os.path.lexists(path):
@@ -225,8 +228,13 @@ def find_run(name: str | None = None, environment: Mapping[str, str] = os.enviro
 
 
 def _folders(environment: Mapping[str, str], *, search: bool = False) -> list[Path]:
-    """Return the folders for runs, the preferred one first; to search, also those of other login sessions."""
-    user = os.geteuid() if hasattr(os, "geteuid") else 0
+    """Return the folders for runs, the preferred one first; to search, also those of other login sessions.
+
+    Raises:
+        InspectionUnavailable: this platform has no Unix sockets.
+    """
+    require_unix_sockets()
+    user = os.geteuid()
     stated = environment.get("BUSFLOW_RUNTIME_DIR")
     if stated:
         return [Path(stated).absolute()]
@@ -254,8 +262,6 @@ def _unfit(folder: Path) -> str | None:
 
 
 def _writable_folder(environment: Mapping[str, str]) -> Path:
-    if importlib.util.find_spec("fcntl") is None:
-        raise InspectionUnavailable("this platform has no sockets that only one user can open")
     reason = ""
     for folder in _folders(environment):
         unfit = _unfit(folder)
@@ -339,7 +345,7 @@ def _is_alive(path: Path) -> bool:
 
 def _locked(lock: int, *, exclusive: bool, wait: bool = False) -> bool:
     """Lock an open file for this process; False if another process has it locked."""
-    import fcntl  # which Windows has not, nor the sockets that all this is for
+    import fcntl  # which Windows does not have, nor the sockets that all this is for
 
     kind = fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH
     try:

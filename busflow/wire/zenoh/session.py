@@ -10,9 +10,10 @@ when a session is opened, so a run without a session works without Zenoh.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import json
 import re
-import resource
+import socket
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,12 +60,27 @@ always be slower than its traffic, and messages that wait there become old: Zeno
 """
 
 
+def require_unix_sockets(otherwise: str = "") -> None:
+    """Check that this platform has what connects the terminals and processes of one user: Unix sockets and file locks.
+
+    Args:
+        otherwise: what can be done beside moving to another platform, as the end of the error's sentence.
+
+    Raises:
+        InspectionUnavailable: It lacks them, as Windows does.
+    """
+    if not hasattr(socket, "AF_UNIX") or importlib.util.find_spec("fcntl") is None:
+        what = "this platform has no sockets that only one user can open, which connect terminals and processes"
+        raise InspectionUnavailable(f"{what}: use Linux, or WSL on Windows{otherwise}")
+
+
 def require_zenoh() -> None:
     """Check that a session can be opened here.
 
     Raises:
-        InspectionUnavailable: Zenoh is missing, or broken.
+        InspectionUnavailable: The platform has no Unix sockets, or Zenoh is missing or broken.
     """
+    require_unix_sockets()
     try:
         importlib.import_module("zenoh")
     except ImportError as error:
@@ -167,6 +183,8 @@ def _require_files() -> None:
     Raises:
         InspectionUnavailable: It may not.
     """
+    import resource  # which Windows does not have
+
     allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     used = sum(1 for _ in Path("/dev/fd").iterdir())
     if allowed != resource.RLIM_INFINITY and allowed - used < _FILES:

@@ -1,0 +1,91 @@
+"""Windows and macOS, as far as Linux can show: busflow without the names that they lack, and their `sys.platform`."""
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).parents[1]
+NO_SOCKETS = (
+    "this platform has no sockets that only one user can open, which connect terminals and processes: "
+    "use Linux, or WSL on Windows"
+)
+
+
+@dataclass
+class Done:
+    """What a command of busflow did."""
+
+    code: int
+    out: str
+    err: str
+
+
+def ran(platform: str, *commands: str) -> dict[str, Done]:
+    """What commands do one after the other in an interpreter that lacks what the platform lacks."""
+    line = [sys.executable, "-m", "tests.other_platforms", platform, *commands]
+    printed = subprocess.run(line, cwd=PROJECT, capture_output=True, text=True, check=True, timeout=120).stdout
+    return {command: Done(*done) for command, done in json.loads(printed).items()}
+
+
+LAB, SPREAD = PROJECT / "configs/lab1.yaml", PROJECT / "configs/lab1_processes.yaml"
+WORKS = {
+    "check": f"check {LAB} --strict",
+    "sim": f"run {LAB} --sim --for 2s",
+    "record": f"run {LAB} --sim --for 2s --record {{folder}}/lab.mcap",
+    "info": "bag info {folder}/lab.mcap",
+    "replay": f"replay {{folder}}/lab.mcap {LAB}",
+    "test": f"test {LAB} --for 2s",
+    "harness": f"run {SPREAD} --one-process --for 0.1s",
+    "wall": f"run {LAB} --for 0.1s",
+}
+NEEDS_SOCKETS = {
+    "topic list": "",
+    "ps": "",
+    "node list": "",
+    f"run {SPREAD} --for 0.1s": ", or run all nodes in this process: --one-process",
+}
+
+
+@pytest.fixture(scope="module")
+def on_windows(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Done]:
+    folder = tmp_path_factory.mktemp("windows")
+    works = {name: command.format(folder=folder) for name, command in WORKS.items()}
+    done = ran("win32", *works.values(), *NEEDS_SOCKETS, "doctor --json")
+    return {**done, **{name: done[command] for name, command in works.items()}}
+
+
+@pytest.mark.parametrize("name", WORKS)
+def test_windows_needs_no_posix_for(name: str, on_windows: dict[str, Done]):
+    assert on_windows[name].code == 0, on_windows[name].err
+    assert "Traceback" not in on_windows[name].err
+
+
+def test_lab_loses_nothing_on_virtual_time(on_windows: dict[str, Done]):
+    assert "lab1: 2.000 s of sim time, seed 0, exit code 0" in on_windows["sim"].out
+    assert on_windows["record"].out.rstrip().endswith("complete")
+
+
+@pytest.mark.parametrize(("command", "otherwise"), NEEDS_SOCKETS.items(), ids=["topic", "ps", "node", "processes"])
+def test_what_needs_sockets_says_what_to_do(command: str, otherwise: str, on_windows: dict[str, Done]):
+    done = on_windows[command]
+    assert (done.code != 0, done.err.splitlines()[-1]) == (True, f"error: {NO_SOCKETS}{otherwise}")
+    assert "Traceback" not in done.err
+
+
+def test_run_on_wall_time_says_who_cannot_look(on_windows: dict[str, Done]):
+    assert f"this run cannot be looked into: {NO_SOCKETS}" in on_windows["wall"].err
+
+
+def test_doctor_reports_the_platform_once(on_windows: dict[str, Done]):
+    findings = json.loads(on_windows["doctor --json"].out)["findings"]
+    assert [each["code"] for each in findings] == ["no-unix-sockets"]
+
+
+def test_macos_runs_a_graph_that_is_looked_into():
+    command = f"run {LAB} --for 0.1s"
+    done = ran("darwin", command)[command]
+    assert (done.code, "cannot be looked into" in done.err) == (0, False), done.err
