@@ -76,7 +76,7 @@ def test_what_needs_sockets_says_what_to_do(command: str, otherwise: str, on_win
     assert "Traceback" not in done.err
 
 
-def test_run_on_wall_time_says_who_cannot_look(on_windows: dict[str, Done]):
+def test_run_on_wall_time_says_what_is_missing(on_windows: dict[str, Done]):
     assert f"this run cannot be looked into: {NO_SOCKETS}" in on_windows["wall"].err
 
 

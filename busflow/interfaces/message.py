@@ -13,7 +13,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
-from inspect import get_annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, cast, dataclass_transform, get_args, get_type_hints
 
@@ -30,7 +29,7 @@ from busflow.interfaces.constructor import constructor, late_maker
 from busflow.interfaces.field_types import *  # noqa: F403 - its __all__ is the list of the field words
 from busflow.interfaces.fields import ArrayKind, FieldType, Length, Primitive, understand
 from busflow.text import did_you_mean, quoted
-from busflow.validation.annotations import refuse_bare
+from busflow.validation.annotations import refuse_bare, written_annotations
 
 __all__ = [
     "ArrayKind",
@@ -99,7 +98,7 @@ class Message(BaseModel, metaclass=_Frozen):
             cls.__ros_name__ = cls.__qualname__  # the service around it gives it its name
         else:
             cls.__ros_name__ = _full_name(cls, "msg", package)
-        for name, annotation in get_annotations(cls).items():
+        for name, annotation in written_annotations(cls).items():
             if "ClassVar" not in str(annotation) and not name.startswith("_"):
                 _check_field_name(cls, name)
 
@@ -305,7 +304,7 @@ def _become_constructor(cls: type[Message], made: Any) -> None:
 
 def _constants(cls: type[Message]) -> Iterator[Constant]:
     """Yield the class variables whose annotation is a ROS type."""
-    for name, annotation in get_annotations(cls).items():
+    for name, annotation in written_annotations(cls).items():
         if name.startswith("_") or "ClassVar" not in str(annotation):
             continue
         # Only a class may have class variables, and one at a time shows which of them is not known.

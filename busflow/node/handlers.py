@@ -22,6 +22,7 @@ from busflow.node.declarations import (
 )
 from busflow.node.signatures import line_of, message_annotation, names_used, resolve, takes_one
 from busflow.text import printable
+from busflow.validation.annotations import written_annotations
 
 M = TypeVar("M", bound=Message)
 P = ParamSpec("P")
@@ -278,7 +279,7 @@ class _HandlerDecorator:
 
 
 def _return_annotation(function: Callable[..., Any]) -> Any:
-    return getattr(function, "__annotations__", {}).get("return", NOT_STATED)
+    return written_annotations(function).get("return", NOT_STATED) if isinstance(function, FunctionType) else NOT_STATED
 
 
 def declarations_of(node_class: type) -> dict[str, Declaration]:

@@ -27,6 +27,7 @@ from busflow.node.parameters import Parameters, validate
 from busflow.node.runtime import NodeRuntime
 from busflow.node.signatures import calling_frame, calling_line
 from busflow.text import printable
+from busflow.validation.annotations import written_annotations
 from busflow.validation.tracebacks import line
 
 M = TypeVar("M", bound=Message)
@@ -127,7 +128,7 @@ class Node(_RclpyNames):
         """Check the class's names against Node's own, and settle what it declares."""
         super().__init_subclass__(**kwargs)
         frame = calling_frame()
-        annotations = vars(cls).get("__annotations__", {})
+        annotations = written_annotations(cls)
         for name in {*vars(cls), *annotations} & _RESERVED:
             if name == "parameters" and name not in vars(cls):
                 declared = ParametersDeclaration(annotations[name], frame)

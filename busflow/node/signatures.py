@@ -13,6 +13,7 @@ from types import FrameType, SimpleNamespace
 from typing import Any
 
 from busflow.errors import InvalidDeclaration
+from busflow.validation.annotations import written_annotations
 
 
 def message_annotation(function: Callable[..., Any]) -> Any:
@@ -20,7 +21,7 @@ def message_annotation(function: Callable[..., Any]) -> Any:
     code = getattr(function, "__code__", None)
     if code is None or code.co_argcount < 2:
         return None
-    return getattr(function, "__annotations__", {}).get(code.co_varnames[1])
+    return written_annotations(function).get(code.co_varnames[1])
 
 
 def takes_one(function: Callable[..., Any]) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
-from inspect import get_annotations
 from itertools import chain
 from pathlib import Path
 from types import NoneType, UnionType
@@ -231,13 +231,26 @@ def _with_metadata(annotation: object, metadata: Sequence[object]) -> tuple[obje
     return annotation, (*split(annotation)[1], *metadata)
 
 
+def written_annotations(owner: Callable[..., Any]) -> Mapping[str, Any]:
+    """Return the annotations of a class's own body, or of a function; the text of what is not known when it is made.
+
+    Since Python 3.14 annotations are evaluated when they are asked for, and the names in them may be defined later.
+    """
+    if sys.version_info < (3, 14):
+        return inspect.get_annotations(owner)
+    from annotationlib import Format, ForwardRef, get_annotations
+
+    found = get_annotations(owner, format=Format.FORWARDREF)
+    return {name: each.__forward_arg__ if isinstance(each, ForwardRef) else each for name, each in found.items()}
+
+
 def refuse_bare(cls: type[BaseModel]) -> None:
     """Refuse a class attribute without annotation, which would not become a field.
 
     Raises:
         InvalidDeclaration: the class has one; the error says how to write it.
     """
-    annotated = {*get_annotations(cls), *cls.__class_vars__, "model_config"}
+    annotated = {*written_annotations(cls), *cls.__class_vars__, "model_config"}
     for name, value in vars(cls).items():
         if name.startswith("_") or name in annotated or not isinstance(value, _VALUES):
             continue

@@ -67,7 +67,11 @@ def ended(body: str) -> tuple[int, str]:
         {dedent(body).replace(chr(10), chr(10) + " " * 8)}
     """
     found = subprocess.run(
-        [sys.executable, "-c", dedent(program)], stderr=subprocess.PIPE, text=True, timeout=60, check=False
+        [sys.executable, "-W", "ignore::DeprecationWarning", "-c", dedent(program)],  # of os.fork, since Python 3.12
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=60,
+        check=False,
     )
     return found.returncode, found.stderr
 

@@ -65,6 +65,8 @@ _BASES = {
 _NUMBERS = ("type_id", "capacity", "string_capacity")
 _TYPE_NAME = re.compile(r"[A-Za-z]\w*(/[A-Za-z]\w*)+", re.ASCII)
 _FIELD_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_LONGEST_BITS = 14_000
+"""The size of integers that Python always prints: 4,214 digits."""
 _HASH = re.compile(r"RIHS01_[0-9a-f]{64}")
 
 
@@ -261,12 +263,16 @@ def check(value: object) -> TypeDescription:
     return assemble(main["type_name"], types)
 
 
+class _Brief(reprlib.Repr):
+    """Text of values without integers of thousands of digits, which Python refuses to print."""
+
+    def repr_int(self, x: int, level: int) -> str:
+        return super().repr_int(x, level) if x.bit_length() <= _LONGEST_BITS else "so large a number"
+
+
 def brief(value: object) -> str:
     """Return a value as an error shows it, however long or deep it is."""
-    try:
-        return reprlib.repr(value)
-    except ValueError:  # Python does not print integers of thousands of digits
-        return "so large a number"
+    return _Brief().repr(value)
 
 
 def _hashed(individual: IndividualDescription) -> dict[str, object]:
