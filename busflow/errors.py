@@ -120,6 +120,10 @@ class InspectionUnavailable(BusflowError, RuntimeError):
     """A run cannot be inspected: no safe directory, no Zenoh, or no answer."""
 
 
+class RunEnded(InspectionUnavailable):
+    """A run ended while something of it was awaited."""
+
+
 class BagError(BusflowError, ValueError):
     """A recording cannot be read, or only up to some offset.
 

@@ -153,6 +153,7 @@ def _print_traceback(error: Exception) -> None:
 
 def _usage(error: click.ClickException) -> str:
     message = error.format_message().replace("\n\t", " ")  # click lists the choices line by line
+    message = message.replace(" range.", ".")  # of 'abc' it says "not a valid integer range"
     context = error.ctx if isinstance(error, click.UsageError) else None
     if context and isinstance(error, click.NoSuchOption):
         message = f"there is no option {error.option_name}: {_option_meant(error.option_name, context)}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.run import complete_nodes, joined, joins
+from busflow.cli.options.run import complete_nodes, joined, joins, until_run_ends
 from busflow.cli.terminal.output import print_answer, print_line, print_message
 from busflow.errors import ExitCode, NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
@@ -85,9 +85,10 @@ def log(
             kept = kept_lines(peer, wanted, node=name, level=least)
             for line in kept:
                 show(line)
-            for line in _following(peer, listener, kept):
-                if line["level"] >= least and name in (None, line["node"]):
-                    show(line)
+            with until_run_ends():
+                for line in _following(peer, listener, kept):
+                    if line["level"] >= least and name in (None, line["node"]):
+                        show(line)
         missed = listener.dropped + listener.lost
         if missed:
             lines = counted(missed, "line is", "lines are")
@@ -153,15 +154,18 @@ def kept_lines(peer: Peer, count: int = _KEPT, *, node: str | None = None, level
 
 
 def _following(peer: Peer, listener: Listener, kept: list[Line]) -> Iterator[Line]:
-    """Yield the lines that are logged after the kept ones, until the run has ended."""
+    """Yield the lines that are logged after the kept ones.
+
+    Raises:
+        RunEnded: the run has ended.
+    """
     decode = peer.type("rcl_interfaces/msg/Log").decode
     shown = {_identity(line) for line in kept}
     processes: dict[bytes, str] = {}
     while True:
         received = listener.get(_LOOK_S)
         if received is None:
-            if not peer.alive:
-                return
+            peer.require_run()
             continue
         message = decode(received.payload)
         stamp = message["stamp"]

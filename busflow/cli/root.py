@@ -74,8 +74,14 @@ class Root(LazyGroup):
             formatter.write_text(problem.render().replace("\n", ";"))
 
     def advice(self, name: str, known: Sequence[str]) -> str:
-        """Return what to write instead of an unknown command, which may be one of ROS 2's."""
-        return instead_of_verb(name) or super().advice(name, known)
+        """Return what to write instead of an unknown command, a word of ROS 2 or one below other commands too."""
+        if instead := instead_of_verb(name):
+            return instead
+        context = click.get_current_context()
+        own = (self.get_command(context, verb) for verb in self._lazy if verb in self._own)
+        groups = [each for each in own if isinstance(each, click.Group) and name in each.list_commands(context)]
+        below = [f"busflow {each.name} {name}" for each in groups]
+        return f"write {' or '.join(below)}" if below else super().advice(name, known)
 
     def owner(self, verb: str | None) -> str:
         """Return the name of the distribution that provides a command: busflow, or another one."""

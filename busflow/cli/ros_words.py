@@ -1,8 +1,12 @@
-"""Words of ROS 2's command line that busflow does not have, each with what to write instead. Pure data."""
+"""Words that users of ROS 2 type and busflow does not have, each with what to write instead. Pure data."""
 
 from __future__ import annotations
 
+_ENDS = "kill PID ends a run as Ctrl-C does, and busflow ps shows its PID; busflow node stop NODE stops one node"
 _VERBS = {
+    "kill": _ENDS,
+    "shutdown": _ENDS,
+    "stop": _ENDS,
     "component": "nodes share a process unless the launch file says `process:`; busflow node list shows them",
     "daemon": "there is none to start or stop; busflow ps lists what runs",
     "launch": "write busflow run FILE",
@@ -23,6 +27,8 @@ _OPTIONS = {
     ("run", "--show-args"): "write busflow run FILE --help",
     ("run", "-s"): "write busflow run FILE --help, which shows the arguments",
     ("run", "--print"): "write busflow config FILE",
+    ("call", "-r"): "call it again and again from the shell: while busflow service call …; do sleep 1; done",
+    ("call", "--rate"): "call it again and again from the shell: while busflow service call …; do sleep 1; done",
     ("play", "--start-offset"): "write --start 3s",
     ("play", "--playback-duration"): "write --duration 5s",
     **{(verb, "--qos-"): _READS_ALL for verb in ("echo", "hz", "bw", "delay")},
@@ -35,7 +41,7 @@ _OPTIONS = {
 
 
 def instead_of_verb(name: str) -> str | None:
-    """What to write instead of a command of ROS 2.
+    """What to write instead of a command that busflow does not have.
 
     >>> instead_of_verb("launch")
     'write busflow run FILE'

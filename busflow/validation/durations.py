@@ -7,7 +7,8 @@ import re
 
 from busflow.text import printable
 
-_UNITS_NS = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9, "h": 3600 * 10**9}
+UNITS_NS = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9, "h": 3600 * 10**9}
+"""The nanoseconds of each unit."""
 _LONGEST_NS = 2**63 - 1
 PATTERN = r"[0-9]+(\.[0-9]+)? *(ns|us|ms|s|min|h)"
 _TEXT = re.compile(PATTERN)
@@ -27,7 +28,7 @@ def parse_duration(value: object) -> float:
         seconds = float(value)
     elif isinstance(value, str) and len(value) < 40 and (found := _TEXT.fullmatch(value.strip())):
         unit = found[2]
-        seconds = float(value.strip().removesuffix(unit)) * _UNITS_NS[unit] / 10**9
+        seconds = float(value.strip().removesuffix(unit)) * UNITS_NS[unit] / 10**9
     if math.isnan(seconds):
         got = printable(repr(value), limit=60)
         raise ValueError(f"a duration is a number of seconds or a text such as 50ms, 1.5s or 10min, got {got}")
@@ -47,5 +48,5 @@ def show_duration(seconds: float) -> str:
     if math.isinf(seconds):
         return ".inf"
     ns = round(seconds * 10**9)
-    unit = next(unit for unit in ("s", "ms", "us", "ns") if ns % _UNITS_NS[unit] == 0)
-    return f"{ns // _UNITS_NS[unit]}{unit}"
+    unit = next(unit for unit in ("s", "ms", "us", "ns") if ns % UNITS_NS[unit] == 0)
+    return f"{ns // UNITS_NS[unit]}{unit}"

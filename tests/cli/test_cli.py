@@ -99,7 +99,7 @@ def test_the_version_is_the_packages(capsys: Captured):
             ["topic", "echo", "imu", "--qos-reliability", "best_effort"],
             "it receives what is published, whatever its QoS",
         ),
-        (["run", "x.yaml", "--seed", "many"], "'many' is not a valid integer"),
+        (["run", "x.yaml", "--seed", "many"], "'many' is not a valid integer."),
         (["plugins", "info"], "Missing argument 'NAME'"),
         (["--traceback"], "Missing command"),
         (["bag", "convert", "a", "b"], "Missing option '--to'. Choose from: ros2bag, csv,"),

@@ -16,6 +16,11 @@ Captured = pytest.CaptureFixture[str]
         ("multicast", "busflow doctor"),
         ("pkg", "busflow plugins"),
         ("lifecycle", "busflow node list -v"),
+        ("stop", "kill PID ends a run as Ctrl-C does, and busflow ps shows its PID"),
+        ("kill", "busflow node stop NODE stops one node"),
+        ("shutdown", "busflow ps"),
+        ("play", "write busflow bag play"),
+        ("echo", "write busflow topic echo or busflow service echo or busflow bag echo"),
     ],
 )
 def test_a_verb_of_ros_names_its_counterpart(capsys: Captured, verb: str, instead: str):
@@ -36,6 +41,7 @@ def test_a_verb_of_ros_names_its_counterpart(capsys: Captured, verb: str, instea
         ("run x.yaml --print", "busflow config FILE"),
         ("bag play x.mcap --start-offset 3", "--start 3s"),
         ("bag play x.mcap --playback-duration 3", "--duration 5s"),
+        ("service call a b --rate 1", "while busflow service call"),
         ("topic hz imu --qos-reliability best_effort", "whatever its QoS"),
         ("bag record -s mcap -a", "it writes MCAP"),
         ("bag record --qos-profile-overrides-path q.yaml", "whatever its QoS"),

@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from busflow.bus.names import is_hidden
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.terminal.output import colour, print_answer, print_message
 from busflow.cli.terminal.player_console import Console, PlayerState
@@ -43,6 +44,7 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
         # Errors found here name the file; the player would report them as errors of a node.
         chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"])
         refuse_beyond_end(bag, asked["start_s"])
+        hidden = unplayed(bag, asked)
     player = Player(**asked)
     stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
     coloured = stream.isatty() if (wanted := colour()) is None else wanted
@@ -63,17 +65,25 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
             print_message(f"error: {failure.render()}")
         return graph.exit_code
     played = player.playing.played if player.playing is not None else 0
-    return print_played(played, Path(asked["file"]), player.incomplete, code, as_json=as_json)
+    return print_played(played, Path(asked["file"]), player.incomplete, code, hidden, as_json=as_json)
 
 
-def print_played(played: int, file: Path, incomplete: tuple[str, ...], code: ExitCode, *, as_json: bool) -> ExitCode:
+def unplayed(bag: Bag, asked: Mapping[str, Any]) -> str:
+    """Return the hidden topics that are not played, which have to be named."""
+    hidden = () if asked["topics"] else sorted({each.topic for each in bag.channels if is_hidden(each.topic)})
+    return ", ".join(map(printable, hidden))
+
+
+def print_played(
+    played: int, file: Path, incomplete: tuple[str, ...], code: ExitCode, hidden: str, *, as_json: bool
+) -> ExitCode:
     """Print how much was played; return the exit code, INCOMPLETE if the recording is not complete."""
     if as_json:
         print_answer({"file": str(file), "played": played, "complete": not incomplete, "why": list(incomplete)})
     else:
-        click.echo(
-            f"{printable(file)}: {counted(played, 'message')} played{', and it is INCOMPLETE' if incomplete else ''}"
-        )
+        beside = f", without the hidden {hidden}" if hidden else ""
+        beside += ", and it is INCOMPLETE" if incomplete else ""
+        click.echo(f"{printable(file)}: {counted(played, 'message')} played{beside}")
     return ExitCode.INCOMPLETE if code is ExitCode.OK and incomplete else code
 
 

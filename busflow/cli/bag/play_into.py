@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.qos import QoS
-from busflow.cli.bag.play_alone import print_played
+from busflow.cli.bag.play_alone import print_played, unplayed
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.options.run import joined
 from busflow.cli.terminal.output import print_message
 from busflow.cli.terminal.player_console import Console, PlayerState
 from busflow.clock import NS_PER_S, SystemClock
-from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
+from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.interfaces.encoding.builtin_types import builtin_types
 from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.foreign import ForeignType
@@ -44,7 +44,7 @@ def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
     Raises:
         NoSuchRun: There is no run of this name.
         InvalidInput: One of its topics has another type.
-        InspectionUnavailable: It ended meanwhile.
+        RunEnded: It ended meanwhile.
     """
     with Bag(asked["file"]) as bag, joined(run) as peer, ExitStack() as ends:
         refuse_beyond_end(bag, asked["start_s"])
@@ -53,7 +53,8 @@ def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
         incomplete = bag.incomplete
         if incomplete:
             print_message(f"warning: the recording is not the whole of what happened: {'; '.join(incomplete)}")
-        return print_played(into.played, Path(asked["file"]), incomplete, ExitCode.OK, as_json=as_json)
+        hidden = unplayed(bag, asked)
+        return print_played(into.played, Path(asked["file"]), incomplete, ExitCode.OK, hidden, as_json=as_json)
 
 
 class _Into:
@@ -109,8 +110,7 @@ class _Into:
                 task.cancel()
             if self._clock_speaker is not None:
                 self._publish_time(self._clock_speaker, playing)  # the final time
-        if not self._peer.alive:
-            raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
+        self._peer.require_run()
 
     async def _publish(self, entry: Entry) -> None:
         self._speakers[entry.channel].publish_bytes(entry.payload)

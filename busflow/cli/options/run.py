@@ -5,13 +5,15 @@ Zenoh is imported when a run is joined, so that `--help` costs nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from busflow.cli.options.completers import Completer, completer
+from busflow.cli.terminal.output import print_message
+from busflow.errors import RunEnded
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
@@ -45,6 +47,17 @@ def joined(run: str | None) -> AbstractContextManager[Peer]:
     from busflow.wire.client.client import join
 
     return join(run)
+
+
+@contextmanager
+def until_run_ends(*, wants_more: bool = False) -> Generator[None]:
+    """Say that the run has ended, which ends the block without an error unless it `wants_more`."""
+    try:
+        yield
+    except RunEnded as end:
+        if wants_more:
+            raise
+        print_message(str(end))
 
 
 def full_type(name: str, kind: str = "msg") -> str:

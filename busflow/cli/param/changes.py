@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from busflow.cli.options.run import complete_nodes, joined, joins
+from busflow.cli.options.run import complete_nodes, joined, joins, until_run_ends
 from busflow.cli.param import complete_parameters, full_name, parameters_of
 from busflow.cli.terminal.output import print_answer, print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
-from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
+from busflow.errors import ExitCode, NoSuchTarget
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
@@ -166,18 +166,12 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
 @joins
 def watch(run: str | None, node: str | None, as_json: bool) -> int:
     """Show each change of a parameter of NODE, or of any node, until Ctrl-C or the end of the run."""
-    with joined(run) as peer:
+    with until_run_ends(), joined(run) as peer:
         if node is not None:
             parameters_of(peer, node)
         known: dict[str, int] = {answer["process"]: answer["last"] for answer in peer.ask("parameter_changes")}
         while True:
-            try:
-                answers = peer.ask("parameter_changes", since=known)
-            except InspectionUnavailable:
-                if not peer.alive:
-                    raise InspectionUnavailable(f"the run {peer.run.name} has ended") from None
-                raise
-            for answer in answers:
+            for answer in peer.ask("parameter_changes", since=known):
                 _print_changes(answer, known, node, as_json=as_json)
             _PAUSE.wait(_POLL_S)
 

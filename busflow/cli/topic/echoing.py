@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.bus.names import check_full_topic_name
-from busflow.cli.options.run import full_type
+from busflow.cli.options.run import full_type, until_run_ends
 from busflow.cli.terminal.field_paths import Absent
 from busflow.cli.terminal.output import print_message
 from busflow.clock import SystemClock
-from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, NoSuchTarget, Problem
+from busflow.errors import ExitCode, InvalidInput, MalformedMessage, NoSuchTarget, Problem
 from busflow.text import counted, did_you_mean, printable
 from busflow.wire.client.graph_view import GraphView, TopicView
 from busflow.wire.client.known_type import known_type
@@ -85,12 +85,12 @@ class Echo:
             demand_field: Raise an error for a message without the wanted field, instead of leaving the message out.
 
         Raises:
-            InspectionUnavailable: The run has ended.
+            RunEnded: The run has ended before `count` messages.
             NoSuchTarget: A message lacks the demanded field.
         """
         self._demand_field = demand_field
         shown, printed_at = 0, self._clock.monotonic_ns()
-        with self._peer.listen(self._topic, self._type) as listener:
+        with until_run_ends(wants_more=count is not None), self._peer.listen(self._topic, self._type) as listener:
             while count is None or shown < count:
                 received = listener.get(0) or self._wait(listener, printed_at, timeout_s)
                 if received is not None and self._show(received):
@@ -106,8 +106,8 @@ class Echo:
         received = None
         while received is None and (left_s := self._remaining_s(printed_at, timeout_s)) > 0:
             received = listener.get(min(_CHECK_S, left_s))
-            if received is None and not self._peer.alive:
-                raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
+            if received is None:
+                self._peer.require_run()
         return received
 
     def _remaining_s(self, printed_at: int, timeout_s: float | None) -> float:

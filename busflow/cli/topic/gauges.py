@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.options.run import until_run_ends
 from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.output import print_line, print_message
 from busflow.cli.topic.echoing import agreed_type, warn_if_unpublished
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
-from busflow.errors import ExitCode, InvalidInput, NoSuchTarget, Problem
+from busflow.errors import ExitCode, InvalidInput, NoSuchTarget, Problem, RunEnded
 from busflow.text import printable
 from busflow.wire.client.known_type import known_type
 
@@ -38,12 +39,13 @@ def gauge(
     every_s: float,
     as_json: bool,
 ) -> ExitCode:
-    """Print a measurement of each topic, `count` times or until Ctrl-C, which prints the last interval.
+    """Print a measurement of each topic, `count` times or until Ctrl-C or the run's end, also of the last interval.
 
     Raises:
         NoSuchTarget: There is no topic of one of the names in time.
         InvalidInput: A delay is to be measured, and the messages have no header.
-        InspectionUnavailable: The run has ended, or a handler blocks it.
+        RunEnded: The run has ended.
+        InspectionUnavailable: A handler blocks it.
     """
     graph, topics = waiting.until(lambda: _found(peer, names), NoSuchTarget)
     for topic in topics:
@@ -55,22 +57,24 @@ def gauge(
     if measure is BW and not as_json:
         click.echo("\n".join(printable(f"Subscribed to [{topic.name}]") for topic in topics))
     printed, steps, pause = 0, ceil(every_s / _ASKED_EVERY_S), Event()
-    try:
-        for each in gauges:
-            each.ask()  # starts the meter
-        while count is None or printed < count:
-            for _ in range(steps):
-                pause.wait(every_s / steps)
-                for each in gauges:
-                    each.ask()
+    with until_run_ends(wants_more=count is not None):
+        try:
             for each in gauges:
-                each.print_interval(as_json=as_json)
-            printed += 1
-    except KeyboardInterrupt:
-        for each in gauges:
-            each.ask()
-            each.print_interval(as_json=as_json, last=True)
-        raise
+                each.ask()  # starts the meter
+            while count is None or printed < count:
+                for _ in range(steps):
+                    pause.wait(every_s / steps)
+                    for each in gauges:
+                        each.ask()
+                for each in gauges:
+                    each.print_interval(as_json=as_json)
+                printed += 1
+        except (KeyboardInterrupt, RunEnded) as end:
+            for each in gauges:
+                if isinstance(end, KeyboardInterrupt):
+                    each.ask()
+                each.print_interval(as_json=as_json, last=True)
+            raise
     return ExitCode.OK
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, BinaryIO
 import click
 
 from busflow.bus.names import check_full_topic_name
-from busflow.cli.options.run import full_type
+from busflow.cli.options.run import full_type, until_run_ends
 from busflow.cli.terminal.abridged import Abridger
 from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.one_line import python_form
@@ -20,7 +20,7 @@ from busflow.cli.terminal.output import print_line, print_message
 from busflow.cli.topic.message_lines import MessageLines
 from busflow.cli.topic.typed_values import TypedValues
 from busflow.clock import SystemClock
-from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
+from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import counted, did_you_mean, printable
 from busflow.wire.client.known_type import known_type
 from busflow.wire.client.offer import Offer, misfits
@@ -89,10 +89,10 @@ class Publishing:
         Without a rate, each message of a stream is published as it comes.
 
         Raises:
-            InspectionUnavailable: The run has ended.
+            RunEnded: The run has ended before all was published.
             InvalidInput: A line of the stream is no message.
         """
-        with ExitStack() as ends:
+        with until_run_ends(wants_more=times is not None or self._is_stream), ExitStack() as ends:
             speaker = self._matched(ends, matches, inf if patience_s is None else patience_s)
             if speaker is None:
                 wanted = counted(matches, "subscription")
@@ -117,7 +117,7 @@ class Publishing:
             now_ns = self._clock.monotonic_ns()
             if now_ns - self._looked_ns > _LOOK_S * _NS_PER_S:
                 self._looked_ns = now_ns
-                self._require_run()
+                self._peer.require_run()
                 self._warn_misfits(self._subscriptions())
             if now_ns >= due_ns:
                 return
@@ -157,7 +157,7 @@ class Publishing:
                 announced = True
                 print_message("to publish at once, without waiting for subscriptions: -w 0")
             click.echo(f"Waiting for at least {matches} matching subscription(s)...", err=self._as_json)
-            self._require_run()
+            self._peer.require_run()
             if not enough:
                 self._pause.wait(min(_LOOK_S, left_s))
         return speaker
@@ -175,10 +175,6 @@ class Publishing:
             if node not in self._warned:
                 self._warned.add(node)
                 print_message(f"warning: {printable(node)} does not receive {printable(self._topic)}: {printable(why)}")
-
-    def _require_run(self) -> None:
-        if not self._peer.alive:
-            raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
 
     def _warn_unreceived(self, graph: GraphView) -> None:
         received = [each.name for each in graph.topics.values() if each.subscriptions and not each.hidden]

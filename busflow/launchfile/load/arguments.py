@@ -19,6 +19,7 @@ from busflow.launchfile.yaml.document import parse_value
 from busflow.launchfile.yaml.value import Origin, StatedBy, Value, on_command_line
 from busflow.text import did_you_mean
 from busflow.validation.annotations import Bounds, StrictModel
+from busflow.validation.durations import UNITS_NS
 from busflow.validation.faults import faults, shown
 
 _TYPES: dict[str, Any] = {"float": float, "int": int, "bool": bool, "str": str}
@@ -160,7 +161,9 @@ def from_command_line(assignments: Iterable[str], problems: Problems) -> dict[st
         key = on_command_line(text, 0, len(name))
         if not sign or not name.strip():
             fix = "write name:=value, for instance rate_hz:=50"
-            if text.isidentifier():  # as behind the package in `ros2 run`
+            if text in UNITS_NS:
+                fix = f"write the duration without a space: 5{text}"
+            elif text.isidentifier():  # as behind the package in `ros2 run`
                 fix += f"; busflow run --plugin {text} runs a plugin without a file"
             problems.add(Problem("bad-argument", "this is not an argument", fix, on_command_line(text, 0, len(text))))
             continue

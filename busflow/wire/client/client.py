@@ -19,7 +19,14 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 import zenoh.ext
 
-from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceTimeout
+from busflow.errors import (
+    BusflowError,
+    InspectionUnavailable,
+    MalformedMessage,
+    NoSuchTarget,
+    RunEnded,
+    ServiceTimeout,
+)
 from busflow.text import printable
 from busflow.wire.client.graph_view import GraphView, TopicView, view
 from busflow.wire.client.listener import MOST_BYTES, Listener, Received
@@ -96,6 +103,15 @@ class Peer:
         """Whether the run still exists."""
         return self.run.is_alive(self.session)
 
+    def require_run(self) -> None:
+        """Check that the run still exists.
+
+        Raises:
+            RunEnded: it does not.
+        """
+        if not self.alive:
+            raise RunEnded(f"the run {printable(self.run.name)} has ended")
+
     def require(self, what: str) -> None:
         """Check that this client may do more than look.
 
@@ -111,6 +127,7 @@ class Peer:
 
         Raises:
             NoSuchTarget: none of them knows what is asked for.
+            RunEnded: the run has ended.
             InspectionUnavailable: none answers in time: the run's event loop is blocked, or it has just ended.
         """
         return [answer for answer, _ in self.ask_for_messages(question, **arguments)]
@@ -134,13 +151,12 @@ class Peer:
                 found.append((answer["answer"], messages.pop(process, [])))
             else:
                 refusals.append(refusal(str(answer.get("kind")), str(answer.get("error"))))
+        if refusals and not found:
+            raise refusals[0]
         if not found:
-            raise (
-                refusals[0]
-                if refusals
-                else InspectionUnavailable(
-                    f"{printable(self.run.name)} does not answer: it has just ended, or a handler blocks its event loop"
-                )
+            self.require_run()
+            raise InspectionUnavailable(
+                f"{printable(self.run.name)} does not answer: it has just ended, or a handler blocks its event loop"
             )
         return found
 

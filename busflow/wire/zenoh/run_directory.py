@@ -213,7 +213,7 @@ def find_run(name: str | None = None, environment: Mapping[str, str] = os.enviro
             return found[0]
         raise NoSuchRun(
             f"{len(found)} graphs are running; say which: --run {' | '.join(printable(run.name) for run in found)}\n"
-            "  busflow ps shows each with its folder and process"
+            "  busflow ps shows each with its folder and PID; kill PID ends one as Ctrl-C does"
         )
     for run in found:
         if name in {run.name, str(run.directory)}:

@@ -109,6 +109,15 @@ def test_playing_ends_with_the_message_count(capsys, bag):
 
 
 @pytest.mark.usefixtures("place")
+def test_topics_that_are_not_played_are_named(capsys, tmp_path):
+    path = write(tmp_path / "ticks.mcap", [("/n", Int64(data=1), 1), ("/_ticks", Int64(data=2), 2)])
+    assert main(["bag", "play", path]) == 0
+    assert main(["bag", "play", path, "--topics", "/n"]) == 0
+    played = f"{path}: 1 message played"
+    assert capsys.readouterr().out.splitlines() == [f"{played}, without the hidden /_ticks", played]
+
+
+@pytest.mark.usefixtures("place")
 def test_incomplete_recording_is_played_as_far_as_possible(capsys, tmp_path):
     path = write(tmp_path / "cut.mcap", [("/n", Int64(data=n), n) for n in range(1000)], finish=False)
     assert main(["bag", "play", path]) == 5

@@ -2,7 +2,13 @@
 
 import json
 import os
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
+from subprocess import PIPE
+from typing import Any
 
 import click
 import pytest
@@ -130,3 +136,21 @@ class TestRun:
     def test_run_is_joined_by_name(self, capsys: Captured):
         assert main(["node", "list", "--run", "imu_lab", "--json"]) == 0
         assert json.loads(capsys.readouterr().out)["run"] == "imu_lab"
+
+    def test_listeners_end_alike_with_their_run(self, start_run: Callable[..., Any], project: Path):
+        run = start_run(project, "talk.yaml")
+        run.wait_for("heard")
+        verbs = ("topic echo numbers", "topic hz numbers --every 0.1", "log -f", "topic pub -w 0 /x std_msgs/Int64 {}")
+        commands = [
+            [sys.executable, "-u", "-m", "busflow", *verb.split()] for verb in (*verbs, f"{verbs[0]} -n 999999")
+        ]
+        with ExitStack() as stack:
+            listeners = [
+                stack.enter_context(subprocess.Popen(each, stdout=PIPE, stderr=PIPE, text=True)) for each in commands
+            ]
+            for each in listeners:
+                assert each.stdout
+                assert each.stdout.readline()  # by now it has joined
+            run.stop()
+            ends = [(each.communicate(timeout=60)[1].splitlines()[-1], each.returncode) for each in listeners]
+        assert ends == [("the run talk has ended", 0)] * 4 + [("error: the run talk has ended", 1)]

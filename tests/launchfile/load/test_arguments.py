@@ -82,6 +82,7 @@ def test_a_caller_passes_typed_values(folder, value: object):
         ("names:=[1]", 9, "argument names[0] must be text, got 1", 'quote it: "1"'),
         ("side:=rigth", 7, "argument side must be one of left, right, on, got text 'rigth'", "did you mean 'right'?"),
         ("rate_hz=50", 1, "this is not an argument", "write name:=value, for instance rate_hz:=50"),
+        ("min", 1, "this is not an argument", "write the duration without a space: 5min"),
         (":=50", 1, "this is not an argument", "write name:=value, for instance rate_hz:=50"),
         ("side:=\x1b[2J", 7, "the value holds the control character U+001B", "leave it out"),
     ],

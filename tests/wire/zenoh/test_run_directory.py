@@ -378,7 +378,9 @@ def test_error_lists_the_living_runs(home):
     with pytest.raises(NoSuchRun, match="nothing is running; start a graph"):
         find_run(None, home)
     first, second = claimed("lab1", home), claimed("arm", home, since_ns=2)
-    with pytest.raises(NoSuchRun, match=r"2 graphs are running; say which: --run lab1 \| arm\n  busflow ps"):
+    with pytest.raises(
+        NoSuchRun, match=r"2 graphs are running; say which: --run lab1 \| arm\n  busflow ps .*kill PID ends one"
+    ):
         find_run(None, home)
     with pytest.raises(NoSuchRun, match="there is no run 'lab'; did you mean 'lab1'"):
         find_run("lab", home)
