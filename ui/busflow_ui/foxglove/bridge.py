@@ -24,6 +24,7 @@ from busflow_ui.foxglove.door import FAREWELL_S, name_of
 from busflow_ui.foxglove.parameters import RunParameters
 from busflow_ui.foxglove.protocol import Level
 from busflow_ui.foxglove.publications import ENCODINGS
+from busflow_ui.foxglove.run_lock import RunLock
 from busflow_ui.foxglove.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -108,6 +109,9 @@ class Bridge:
         self.looked_s: float = self._clock.seconds()
         """The time at which the graph was read, on a clock that does not jump."""
         self._seats = asyncio.Semaphore(_MOST_VIEWERS)
+        self._lock = RunLock(getattr(peer.run, "directory", None))  # one on other machines has none
+        self.was_killed = False
+        """Whether the run has ended without an end of its own."""
         self._session = f"{peer.run.card.since_ns}-{os.getpid()}"
         self._is_silent = self._has_clock = False
         self._looked: asyncio.Future[None] | None = None
@@ -119,7 +123,7 @@ class Bridge:
         """Update the offered topics and services until the run has ended."""
         keeping = [asyncio.create_task(each()) for each in (self._keep_catalogue, self._keep_parameters)]
         try:
-            while self.peer.alive:
+            while self._lives():
                 done, _ = await asyncio.wait(keeping, timeout=_LIFE_S, return_when=asyncio.FIRST_COMPLETED)
                 for task in done:
                     task.result()
@@ -128,8 +132,13 @@ class Bridge:
                 task.cancel()
             await asyncio.gather(*keeping, return_exceptions=True)
 
+    def _lives(self) -> bool:
+        self.was_killed = self._lock.is_abandoned  # first: the search for runs removes what shows it
+        return not self.was_killed and self.peer.alive
+
     def close(self) -> None:
         """Ask the run nothing more; the viewers' connections are closed by then."""
+        self._lock.close()
         self._clock_listening.close()
         for pool in (self._asking, self._calling):
             pool.shutdown(wait=False, cancel_futures=True)

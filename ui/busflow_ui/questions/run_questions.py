@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.cli.commands import kept_lines, plugin_places, problems_in
+from busflow.clock import SystemClock
 from busflow.errors import BusflowError
 from busflow_ui.questions import arguments as checked
 from busflow_ui.questions import frames
 from busflow_ui.questions.followed import Changed, NewLines
 from busflow_ui.questions.graph_answer import Moment, graph_answer
 from busflow_ui.questions.heartbeat import Heartbeat
+from busflow_ui.questions.last_errors import LastErrors
 from busflow_ui.questions.page_recorder import PageRecorder
 from busflow_ui.questions.session import Question, Session, mistake
 from busflow_ui.questions.steering import Steering
@@ -42,6 +44,7 @@ class RunQuestions:
     def __init__(self, bridge: Bridge, *, print_message: Callable[[str], None]) -> None:
         self._bridge, self._print = bridge, print_message
         self._sessions: set[Session] = set()
+        self._clock = SystemClock()
         self._moments: deque[Moment] = deque()
         """What was seen lately, the oldest first: rates are counted from it on."""
         self._run_row: dict[str, Any] = {}
@@ -51,6 +54,7 @@ class RunQuestions:
         self._mistakes: set[str] = set()
         """Followed questions that failed by a mistake of ours; each is reported once."""
         self._recorder = PageRecorder(bridge.peer)
+        self._errors = LastErrors(bridge)
         self._heartbeat = Heartbeat(bridge.peer, lambda: bool(self._sessions), self._on_silence)
         steering = Steering(bridge.peer, bridge.ask, bridge.call)
         self._questions: Mapping[str, Question] = {
@@ -92,14 +96,18 @@ class RunQuestions:
             session.send(frames.update(question, found))
 
     def last_words(self) -> dict[str, object]:
-        """Return what is known of a run that has ended, in the form of `run`."""
-        processes = self._bridge.graph.processes
-        elapsed_s = max((each["elapsed_s"] for each in processes), default=None)
-        return {**self._run_row, "name": self._bridge.peer.run.name, "ended": {"elapsed_s": elapsed_s}}
+        """Return what is known of a run that has ended, in the form of `run`: its exit code and report are not."""
+        bridge = self._bridge
+        ended: dict[str, object] = {"was_killed": bridge.was_killed, "errors": self._errors.recent()}
+        if self._sessions:  # else the graph is as old as the last page
+            ended["elapsed_s"] = max((each["elapsed_s"] for each in bridge.graph.processes), default=None)
+            ended["seen_s"] = round(self._clock.seconds() - bridge.looked_s, 1)
+        return {**self._run_row, "name": bridge.peer.run.name, "ended": ended}
 
     def close(self) -> None:
         """End the recording, and ask no more."""
         self._heartbeat.close()
+        self._errors.close()
         with suppress(BusflowError):
             self._recorder.close()
 
@@ -109,6 +117,7 @@ class RunQuestions:
             await self._bridge.next_look()
             looks += 1
             await self._bridge.ask(self._recorder.follow)
+            await self._bridge.ask(self._errors.follow)
             for name in sorted({name for each in self._sessions for name in each.following}):
                 if looks % self._questions[name].every == 0:
                     await self._send_followed(name)

@@ -9,6 +9,7 @@ import json
 import re
 import signal
 import ssl
+import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -338,14 +339,12 @@ def test_the_record_button_writes_a_recording(own_lab: tuple[Any, Any]):
 # Its end, and the next one.
 
 
-def test_a_hanging_run_is_reported_within_a_second(own_lab: tuple[Any, Any]):
+def test_a_hanging_run_is_reported(own_lab: tuple[Any, Any]):
     shown, run = own_lab
     page = shown.page()
     page.until(lambda _: page.info)
-    begun = datetime.now(tz=UTC)
     run.process.send_signal(signal.SIGSTOP)
     page.update("run", lambda answer: answer.get("silent_s"))
-    assert datetime.now(tz=UTC) - begun < timedelta(seconds=3), "a second on a quiet machine"
     run.process.send_signal(signal.SIGCONT)
     page.update("run", lambda answer: "silent_s" not in answer)
 
@@ -360,6 +359,7 @@ def test_a_page_comes_back_with_the_next_run(own_lab: tuple[Any, Any], lab_folde
     run.process.kill()
     ended = page.update("run", lambda answer: "ended" in answer)
     assert ended["name"] == "lab1"
+    assert ended["ended"]["was_killed"]
     with pytest.raises(ConnectionClosed) as closed:
         page.until(lambda _: False)
     assert closed.value.rcvd is not None
@@ -373,6 +373,23 @@ def test_a_page_comes_back_with_the_next_run(own_lab: tuple[Any, Any], lab_folde
         assert waiting.answer("run")["name"] == "lab1"
     finally:
         again.stop()
+
+
+def test_an_end_names_the_last_errors(show: Any, tmp_path: Path):
+    from tests.cli.conftest import LAUNCH, LISTENER, TALKER, standing
+
+    with standing(tmp_path, "talk", LAUNCH, {"talker": TALKER, "listener": LISTENER}) as (place, run):
+        run.wait_for("heard")
+        page = show(environment=place.environment).page()
+        page.subscribe("/numbers")
+        (count,) = struct.unpack_from("<d", page.message()["payload"], 4)
+        page.answer("set_parameters", node="/talker", values={"fail_at": round(count) + 150})  # in 1.5 s
+        ended = page.update("run", lambda answer: "ended" in answer)["ended"]
+    assert not ended["was_killed"]
+    assert ended["elapsed_s"] > 0
+    (error,) = ended["errors"]
+    assert "/talker: failed in Talker.talk (timer): ValueError" in error
+    assert "\x1b" not in error
 
 
 def test_read_only_is_for_the_own_page_too(show: Any, lab1: Any):

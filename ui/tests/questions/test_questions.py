@@ -1,7 +1,7 @@
 """What pages send and are answered, without a run.
 
 Of `arguments.py`, `followed.py`, `frames.py`, `graph_answer.py` and `session.py`. What needs a run (`run_questions.py`,
-`steering.py`, `heartbeat.py`, `page_recorder.py`) is asked in `page_server/test_page_server.py`.
+`steering.py`, `heartbeat.py`, `last_errors.py`, `page_recorder.py`) is asked in `page_server/test_page_server.py`.
 """
 
 import asyncio

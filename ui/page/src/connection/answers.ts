@@ -189,11 +189,17 @@ export interface Run {
   readonly ended?: EndedRun;
 }
 
+/** What is known of the end from outside: its exit code and report are the run's own. */
 export interface EndedRun {
-  readonly exit_code?: number | null;
   readonly elapsed_s?: number | null;
-  /** The table that the run prints at its end. */
-  readonly report?: string | null;
+  /** Whether it died without an end of its own, as by `kill -9`. */
+  readonly was_killed?: boolean;
+  /** The errors that its log had in the last seconds, oldest first. */
+  readonly errors?: readonly string[];
+  /** How long before the end the graph was seen last. */
+  readonly seen_s?: number;
+  /** Why another server cannot be reached. */
+  readonly reason?: string;
 }
 
 /** Stamps are digits: as numbers they would lose their nanoseconds. */

@@ -1,9 +1,10 @@
 /** Banners: what must be seen above the panels: the end of the run, a lost connection, the server's warnings. */
 import type { EndedRun, Graph, Run } from "../connection/answers";
 import type { Session, Status } from "../store/session";
-import { countText, durationText, secondsText } from "../store/text";
+import { countText, secondsText } from "../store/text";
 import { Icon } from "../controls/icons";
 import { endRows, failures } from "./end_table";
+import { endSentence, isBadEnd } from "./run_state";
 
 /** Statuses that are shown otherwise: in the top bar, and as the state of the run. */
 const OWN_PLACE: ReadonlySet<string> = new Set(["drops", "run"]);
@@ -60,41 +61,39 @@ interface EndProps {
 }
 
 function EndOfRun({ run, ended, graph }: EndProps) {
-  const code = ended.exit_code ?? null;
-  const report = ended.report ?? "";
-  const isBad = code !== null && code !== 0;
-  const after = typeof ended.elapsed_s === "number" ? ` after ${durationText(ended.elapsed_s)}` : "";
-  const how = code === null ? "" : isBad ? ` with exit code ${code}` : " well";
+  const errors = ended.errors ?? [];
   return (
-    <div class={`banner ${isBad ? "bad" : "quiet"}`}>
-      <strong>
-        The run {run.name} has ended{how}
-        {after}.
-      </strong>{" "}
-      <span>The page shows the next run of this name as soon as there is one.</span>
-      {report === "" ? graph !== null && <LastSeen graph={graph} /> : <Report text={report} />}
+    <div class={`banner ${isBadEnd(ended) ? "bad" : "quiet"}`}>
+      <strong>{endSentence(run.name, ended)}</strong>{" "}
+      <span>
+        {ended.reason === undefined ? "The page shows the next run of this name as soon as there is one." : "The page goes on once it answers."}
+      </span>
+      {errors.length > 0 && (
+        <ul class="last-errors" aria-label="The last errors of its log">
+          {errors.map((error, index) => (
+            <li key={index} class="bad mono">
+              {error}
+            </li>
+          ))}
+        </ul>
+      )}
+      {graph !== null && <LastSeen graph={graph} seenS={ended.seen_s} />}
     </div>
   );
 }
 
-function Report({ text }: { readonly text: string }) {
-  return (
-    <details open>
-      <summary>Its report</summary>
-      <pre class="mono report" tabIndex={0}>
-        {text}
-      </pre>
-    </details>
-  );
+interface LastSeenProps {
+  readonly graph: Graph;
+  readonly seenS: number | undefined;
 }
 
 /** What each topic had counted when the run was last seen, and which nodes had failed. */
-function LastSeen({ graph }: { readonly graph: Graph }) {
+function LastSeen({ graph, seenS }: LastSeenProps) {
   const rows = endRows(graph);
   if (rows.length === 0) return null;
   return (
     <details open>
-      <summary>As last seen</summary>
+      <summary>As last seen{seenS !== undefined && `, ${secondsText(seenS)} before its end`}</summary>
       {failures(graph).map((failure) => (
         <p key={failure} class="bad">
           {failure}

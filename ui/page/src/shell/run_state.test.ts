@@ -1,14 +1,20 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { runState } from "./run_state";
+import { endSentence, runState } from "./run_state";
 
 const OPEN = { phase: "open" } as const;
 const RUN = { name: "lab1" };
 
 test("an end is said over every state of the connection", () => {
-  const ended = { ...RUN, ended: { exit_code: 0 } };
+  const ended = { ...RUN, ended: {} };
   for (const phase of ["open", "connecting"] as const) assert.equal(runState({ phase }, ended, "run").word, "ended");
-  assert.deepEqual(runState(OPEN, { ...RUN, ended: { exit_code: 3 } }, "run"), { tone: "bad", word: "ended" });
+  assert.deepEqual(runState(OPEN, { ...RUN, ended: { errors: ["/a: no"] } }, "run"), { tone: "bad", word: "ended" });
+  assert.deepEqual(runState(OPEN, { ...RUN, ended: { was_killed: true } }, "run"), { tone: "bad", word: "killed" });
+});
+
+test("the sentence of an end says no more than is known", () => {
+  assert.equal(endSentence("lab1", {}), "The run lab1 has ended.");
+  assert.equal(endSentence("lab1", { elapsed_s: 75, was_killed: true }), "The run lab1 has ended after 1:15: its process was killed.");
 });
 
 test("a run that does not answer is not running", () => {

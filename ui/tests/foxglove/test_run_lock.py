@@ -1,0 +1,53 @@
+"""What the lock of a run says of its end: one run is killed, another ends itself, and one is elsewhere."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
+from busflow_ui.foxglove.run_lock import RunLock
+
+CLAIM = """
+import sys
+from busflow.wire.zenoh.run_directory import RunDirectory
+
+directory = RunDirectory.claim("lab")
+print(directory.path, flush=True)
+sys.stdin.readline()
+"""
+
+
+def test_a_killed_run_abandons_its_lock(tmp_path: Path):
+    environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", CLAIM]
+    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
+        assert run.stdout
+        path = Path(run.stdout.readline().strip())
+        lock = RunLock(path)
+        before = lock.is_abandoned
+        run.kill()
+        run.wait()
+    assert not before
+    assert lock.is_abandoned
+    lock.close()
+
+
+def test_a_run_that_ends_itself_abandons_nothing(tmp_path: Path):
+    directory = RunDirectory.claim("lab", {"BUSFLOW_RUNTIME_DIR": str(tmp_path)})
+    directory.write_card(RunCard("lab", os.getpid(), 1))
+    lock = RunLock(directory.path)
+    assert not lock.is_abandoned
+    directory.close()
+    assert not lock.is_abandoned
+    again = RunDirectory.claim("lab", {"BUSFLOW_RUNTIME_DIR": str(tmp_path)})
+    assert not lock.is_abandoned, "the next run has a lock of its own"
+    again.close()
+    lock.close()
+
+
+def test_a_run_elsewhere_has_no_lock(tmp_path: Path):
+    for directory in (None, tmp_path / "nowhere"):
+        lock = RunLock(directory)
+        assert not lock.is_abandoned
+        lock.close()
