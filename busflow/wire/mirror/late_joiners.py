@@ -1,7 +1,8 @@
 """Late joiners: transient_local subscriptions that want more kept messages than the inlet has asked for.
 
-The inlet asks the remote publishers once more for what they keep. Until the answer is here, arriving messages wait
-before the late joiner's queue. So no subscription gets a message twice, or before an earlier one. Other subscriptions
+When the inlet starts, it asks each remote publisher for as many kept messages as its deepest subscription wants. For a
+subscription that comes later and wants more, it asks again. Until the answers are here, new messages wait in a gate in
+front of the late joiner's queue. So no subscription gets a message twice, or before an earlier one. Other subscriptions
 do not wait.
 """
 
@@ -28,9 +29,12 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 _PATIENCE_S = 2.0
-"""How long publishers may take to answer; then a late joiner goes on with the messages that arrive."""
+"""How long publishers may take to answer; then a late joiner gets the kept messages that have arrived by then."""
 _MOST = 10_000
-"""Limit of the messages accepted in an answer, and of those that may wait."""
+"""Limit of the kept messages accepted from one query, and of the new messages that wait in a gate.
+
+Further kept messages are ignored; of too many new messages the oldest enters the queue before the kept ones.
+"""
 
 
 class LateJoiners:
@@ -48,25 +52,26 @@ class LateJoiners:
         """Start without late joiners.
 
         Args:
-            topic: what they receive.
-            key: under which its messages travel.
-            publishers: those elsewhere that are let in, by their signature.
-            connection: where they are asked.
-            asked: how many kept messages of each publisher come anyhow.
+            topic: the topic that they receive.
+            key: the Zenoh key of the topic's messages.
+            publishers: the remote publishers that the inlet has admitted, by gid.
+            connection: the session in which the publishers are asked.
+            asked: how many kept messages the inlet's own subscriber asks of each publisher.
         """
         self.present: tuple[bytes, int] | None = None
-        """Publisher and number of the message that is being delivered; None for a local publisher's."""
+        """Publisher and number of the message that is being delivered now; None if its publisher is local."""
         self.first: dict[bytes, int] = {}
         """By publisher, the number of its earliest message known here."""
         self._topic, self._key, self._publishers, self._connection = topic, key, publishers, connection
         self._asked = asked
         self._had: dict[bytes, int] = {}
+        """By publisher, how many kept messages were asked of it so far; without an entry it is `asked`."""
         self._gates: list[Gate] = []
         self._remembered: dict[bytes, dict[int, Any]] = {}
-        """By publisher and number, the kept messages that have not arrived by themselves."""
+        """By publisher and number, the kept messages that arrived only because they were asked for here."""
 
     def note(self, gid: bytes, sequence: int) -> None:
-        """Note the message that is about to be delivered; its publisher's token may still be on its way."""
+        """Note the message that is about to be delivered; its publisher's liveliness token may arrive after it."""
         self.present = gid, sequence
         self.first.setdefault(gid, sequence)
         remembered = self._remembered.get(gid)
@@ -74,9 +79,11 @@ class LateJoiners:
             self._publishers[gid].forget(item)
 
     def welcome(self, gid: bytes, newcomers: Collection[Subscription[Any]] | None) -> None:
-        """Ask a publisher that has come for its kept messages, for subscriptions that want more than come anyhow.
+        """Ask a publisher for its kept messages, because it has just come and some subscriptions want more of them.
 
-        Of one that was here before and has been away nothing comes anyhow, and only the `newcomers` lack it.
+        The inlet's own subscriber asks a new publisher too, so only a subscription that wants more is served here. When
+        a publisher comes back, its earlier messages are not published again: only the `newcomers`, the subscriptions
+        that were made while it was away, lack them.
         """
         if newcomers is not None:
             self._had[gid] = 0
@@ -90,7 +97,7 @@ class LateJoiners:
             book.pop(gid, None)
 
     def serve(self, subscription: Subscription[Any]) -> None:
-        """Ask for the kept messages that a new subscription lacks; no message has been read from it yet."""
+        """Ask for the kept messages that a new subscription lacks; it has delivered no message yet."""
         lacking = [gid for gid in self._publishers if self._lacks(subscription, gid)]
         if lacking:
             gate = Gate.of(subscription, self)
@@ -126,7 +133,7 @@ class LateJoiners:
 
         callback: Any = zenoh.handlers.Callback(take, drop=end, indirect=False)
         self._connection.session.get(
-            # Where an advanced publisher, also one of ROS 2, answers what it keeps.
+            # An advanced publisher of Zenoh, also one of ROS 2, answers with its kept messages at this key.
             f"{self._key}/@adv/**?_max={gate.target.endpoint.qos.depth}",
             callback,
             target=zenoh.QueryTarget.ALL,
@@ -138,7 +145,7 @@ class LateJoiners:
 
     def _answered(self, gate: Gate, asked: Collection[bytes], found: Collection[tuple[bytes, bytes]]) -> None:
         if gate not in self._gates:
-            return  # the topic is received no more
+            return  # the inlet has closed
         support = self._connection.supports(self._topic.type)
         for attachment, payload in found:
             try:
@@ -158,7 +165,7 @@ class LateJoiners:
     def _let_go(self, gate: Gate) -> None:
         self._gates.remove(gate)
         for gid, items in gate.kept.items():
-            if publisher := self._publishers.get(gid):  # else it has gone meanwhile, and keeps nothing any more
+            if publisher := self._publishers.get(gid):  # else it has gone, and with it what it kept
                 first = self.first.get(gid, max(items) + 1)
                 earlier = {number: items[number] for number in sorted(items) if number < first}
                 publisher.remember(tuple(earlier.values()))
@@ -170,7 +177,7 @@ class LateJoiners:
 
 
 class Gate:
-    """Holds back a late joiner's messages until the earlier ones are in its queue."""
+    """Holds back a late joiner's new messages until the kept ones are in its queue; then only skips duplicates."""
 
     def __init__(self, target: Subscription[Any], late_joiners: LateJoiners) -> None:
         self.target = target
@@ -181,15 +188,15 @@ class Gate:
         self.late_joiners = late_joiners
         self._waiting: deque[Any] = deque()
         self._first = dict(late_joiners.first)
-        """By publisher, the number of the first message that arrives here by itself."""
+        """By publisher, the number of the first message that arrived here without being asked for."""
         self._given: dict[bytes, int] = {}
-        """By publisher, the number up to which the late joiner has messages that may still arrive here too."""
+        """By publisher of which only kept messages have come, the highest number: up to it, arrivals are duplicates."""
 
     @classmethod
     def of(cls, target: Subscription[Any], late_joiners: LateJoiners) -> Gate:
-        """Return the gate before a subscription, a new one if it has none."""
+        """Return the gate in front of a subscription's queue; a subscription without one gets a new gate."""
         gate = target.link if isinstance(target.link, Gate) else cls(target, late_joiners)
-        gate.late_joiners = late_joiners  # those of an earlier inlet get no messages any more
+        gate.late_joiners = late_joiners  # the late joiners of a closed inlet see no more messages
         target.link = gate
         return gate
 
@@ -204,7 +211,7 @@ class Gate:
         return len(self._waiting)
 
     def carry(self, item: Any) -> None:
-        """Deliver a message behind the earlier ones, unless it was among them."""
+        """Deliver a message after the earlier ones; one that was among them is not counted again."""
         gid, sequence = self.late_joiners.present or (b"", 0)
         if gid:
             self._first.setdefault(gid, sequence)
@@ -234,6 +241,6 @@ class Gate:
 
 
 def has_expired(publisher: Publisher[Any], sent: Attachment, clock: Clock) -> bool:
-    """Return whether a message outlived its lifespan in transit or storage, by wall time."""
+    """Return whether a message outlived its lifespan, by wall time, on its way or while its publisher kept it."""
     lifespan_s = publisher.endpoint.qos.lifespan_s
     return lifespan_s is not None and clock.now().nanoseconds - sent.stamp_ns > lifespan_s * NS_PER_S
