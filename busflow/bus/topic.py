@@ -1,7 +1,8 @@
 """Topic: a name, its type, its current publishers and subscriptions, and the senders that wait for room.
 
-A publish walks a tuple of `push` methods, which is rebuilt when an endpoint comes or goes. Every counter has one owner:
-a publisher counts its published messages, a queue its drops, a subscription its deliveries.
+A publish calls a tuple of functions, `pushes`, one after the other: the `push` methods of the subscriptions, and taps
+(functions that `Bus.tap` adds to see every message). The tuple is rebuilt when an endpoint or tap comes or goes. Every
+counter has one owner: a publisher counts its published messages, a queue its drops, a subscription its deliveries.
 """
 
 from __future__ import annotations
@@ -92,19 +93,24 @@ class Topic(DeliverySource, Generic[M]):
         self.blocking: tuple[Receiver, ...] = ()
         self.taps: list[Callable[[M], None]] = []
         self.recent: deque[M | Perishable[M]] | None = None
-        """The last messages, if `Bus.keep_recent` asked for them: one append each, which cannot fail as a tap can."""
+        """The last messages, if `Bus.keep_recent` asked for them; a tap could raise an exception, an append cannot."""
         self.publishers_added: int = 0
         self.since_ns: int = 0
         """Monotonic time at which the first publisher came, in ns; it may be before the run begins."""
         self.subscriptions_added: int = 0
         self._gone: dict[Endpoint, SubscriptionStatistics] = {}
         self.losses: Counter[str] = Counter()
-        """Messages published in other processes or threads that did not become one here, by reason: `lost` on the way,
-        `malformed`, `refused` by a full blocking queue, `incompatible`, `expired`, `unsigned` (no publisher known);
-        `inbox_dropped` and `inbox_refused` for those of threads. `early`: published here before another process, which
-        receives the topic, had let the publisher in."""
+        """Messages that did not cross into or out of this process, or the bus's thread, by reason.
+
+        From other processes: `lost` on the way, `malformed`, `refused` by a full blocking queue, `incompatible`,
+        `expired`, `unsigned` (sent with no publisher known here). From other threads: `inbox_dropped` and
+        `inbox_refused`. To other processes: `early` (published before another process that receives the topic had
+        admitted the publisher) and `unsent` (too large, or not encodable).
+        """
         self._retired = 0
+        """The number of messages published by publishers that have left."""
         self._arrived = 0
+        """The same for remote publishers alone."""
         self._on_leave = on_leave
         self._expiry: asyncio.TimerHandle | None = None
 
@@ -119,7 +125,7 @@ class Topic(DeliverySource, Generic[M]):
         return self._arrived + sum(each.published for each in self.publishers if each.endpoint.remote)
 
     def statistics(self) -> TopicStatistics:
-        """Return the current counts of the topic and of each endpoint; one that left and came again has one account."""
+        """Return the current counts of the topic and its endpoints; those of one that left and came again are added."""
         gone = dict(self._gone)
         lines = [(gone.pop(each.endpoint, None), each.statistics()) for each in self.subscriptions]
         present = [line if before is None else before + line for before, line in lines]
@@ -150,7 +156,7 @@ class Topic(DeliverySource, Generic[M]):
         return None
 
     async def wait_for_room(self) -> None:
-        """Wait behind earlier senders for room in every blocking queue; the caller then publishes before it awaits."""
+        """Wait behind earlier senders for room in every blocking queue; the caller must publish before it awaits."""
         turn = asyncio.get_running_loop().create_future()
         self.waiting.append(turn)
         full = [each for each in self.blocking if each.full] or self.blocking
@@ -169,7 +175,7 @@ class Topic(DeliverySource, Generic[M]):
             slow = ", ".join(each.endpoint.node for each in self.blocking if each.full)
             raise SendTimeout(
                 f"no room on {self.name} within {limit_s} s (overflow: block): {slow or 'an earlier send'} is too "
-                "slow; raise its depth or block_timeout, or choose overflow: drop_oldest"
+                "slow; raise the subscription's depth or block_timeout, or choose overflow: drop_oldest"
             ) from None
         finally:
             self.waiting.remove(turn)
@@ -198,7 +204,7 @@ class Topic(DeliverySource, Generic[M]):
     def wake(self) -> None:
         """Wake the idle subscriptions that have a message now, in the order in which they attached.
 
-        For busy subscriptions a publish pays only this one check per message.
+        The usual publish calls this only while `idle` is True: for busy subscriptions it pays just that one check.
         """
         idle = False
         for each in self.subscriptions:
@@ -211,7 +217,8 @@ class Topic(DeliverySource, Generic[M]):
 
     def rebuild(self) -> None:
         """Rebuild the tuple that a publish walks from the current endpoints and taps."""
-        # It stays True: messages that can expire may be queued even after their publisher has left.
+        # `perishable` stays True, and every delivery checks for expired messages: some may be queued even after their
+        # publisher has left.
         self.perishable: bool = self.perishable or any(each.perishable for each in self.publishers)
         recent = () if self.recent is None else (self.recent.append,)
         taps = map(self._guarded, self.taps)
@@ -241,12 +248,12 @@ class Topic(DeliverySource, Generic[M]):
         return call
 
     def liveliness(self) -> tuple[int, int]:
-        """Return how many publishers are alive, and how many were silent for longer than their lease."""
+        """Return how many publishers are alive, and how many are present but silent for longer than their lease."""
         alive = sum(publisher.alive for publisher in self.publishers)
         return alive, len(self.publishers) - alive
 
     def report_changes(self) -> None:
-        """Let the endpoints with an event handler report changes of their counterparts, liveliness and losses."""
+        """Let endpoints with an event handler report what changed: counterparts, their liveliness, or losses."""
         for end in (*self.publishers, *self.subscriptions):
             if end.on_event is not None:
                 end.report_changes()
