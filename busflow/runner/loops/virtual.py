@@ -1,7 +1,7 @@
 """An event loop on virtual time: it never waits, it jumps to the next deadline once nothing is left to run.
 
-Whatever waits on this loop waits in its time: `asyncio.sleep`, `asyncio.timeout`, `anyio.move_on_after`. An hour
-passes at once, in the same order every time.
+All that waits on this loop waits in virtual time: `asyncio.sleep`, `asyncio.timeout`, `anyio.move_on_after`. An hour
+of virtual time takes no real time, and its events come in the same order every time.
 """
 
 from __future__ import annotations
@@ -32,15 +32,18 @@ Events: TypeAlias = list[tuple[selectors.SelectorKey, int]]
 
 NS_PER_S = 1_000_000_000
 HORIZON_S = 86_400.0
-"""The default end of virtual time in a test: periodic timers would let a wait in vain go on for ever."""
-_TURNS = 1_000_000  # of the loop within one instant, before it counts as going round in circles
+"""The default end of virtual time in a test: without one, a test with periodic timers could wait in vain for ever."""
+_TURNS = 1_000_000
+"""Turns of the loop at one instant; more of them are an endless loop."""
 _THREAD_POLL_S = 0.01
 THREAD_S = 10.0
-"""The default of real time that one call in a worker thread may take while virtual time stands still."""
+"""Limit of real time in a test for one call in a worker thread, during which virtual time stands still; a default."""
 RUN_THREAD_S = 60.0
-"""The same in a run or a replay, whose nodes may compute longer than those of a test."""
-_FOREIGN_S = 0.05  # real time for a thread that we know nothing of, when nothing else can go on
-_IO_S = 1.0  # the same for sockets and pipes
+"""The same limit in a run or a replay, whose nodes may compute longer than those of a test."""
+_FOREIGN_S = 0.05
+"""Real time to wait for threads that the loop did not start, when nothing else can go on."""
+_IO_S = 1.0
+"""Real time to wait for sockets and pipes, when nothing else can go on."""
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
@@ -51,11 +54,12 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     Args:
         schedule: The order of ready tasks and timers; None keeps asyncio's.
-        horizon_s: Where virtual time ends, with an error that names who still waits.
-        rate: Virtual seconds per real one; None is as fast as it goes.
-        follows: Time moves by `move_to` alone: the caller decides how late it is.
-        thread_s: Real seconds that one call in a worker thread may take while time stands still for it.
-        ends_handlers: Whether a handler that takes as long fails; a run waits, since it may compute for longer.
+        horizon_s: The end of virtual time, with an error that names the tasks that still wait.
+        rate: Virtual seconds per real one; None is as fast as possible.
+        follows: Whether only `move_to` moves time, as the messages of a simulator say.
+        thread_s: Real seconds that one call in a worker thread may take; virtual time stands still for it.
+        ends_handlers: Whether `stuck_handlers` lets a handler fail that takes longer than `thread_s`, as in a test. In
+            a run it only warns, since a node may compute for longer.
     """
 
     _ready: deque[asyncio.Handle]
@@ -81,7 +85,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._timers_made = self._timers_cancelled = 0
         self._limits: list[tuple[float, int, asyncio.Handle]] = []
         self._settling: deque[asyncio.Future[None]] = deque()
-        self._threads = self._turns = self._unasked = 0
+        self._threads = self._turns = self._unpolled = 0
         self.watchers = 0
         """Number of threads that only watch the loop, and never give it anything to do."""
         self._endless = EndlessCalls(thread_s)
@@ -90,7 +94,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if schedule is not None:
             self._ready = AnyOrder(self._ready, schedule)
             schedule.attach(self, self.time_ns)
-        OrphanTasks(self)
+        OrphanTasks(self)  # it sets itself as the loop's task factory and exception handler
 
     def time(self) -> float:
         """Virtual seconds."""
@@ -112,7 +116,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         await future
 
     async def advance(self, seconds: float) -> None:
-        """Let time pass, with all that is due exactly at its end."""
+        """Let time pass, and run everything that is due until its end, the last instant included."""
         end = self.create_future()
         self.call_at_ns(self._now_ns + round(seconds * NS_PER_S), lambda: end.done() or end.set_result(None))
         await end
@@ -144,7 +148,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self._schedule(when_ns / NS_PER_S, when_ns, callback, (), None)
 
     def call_after_wall(self, seconds: float, callback: Callable[[], object]) -> asyncio.Handle:
-        """Call back after real seconds, or as soon as nothing else can happen any more: for limits that are real."""
+        """Call back after real seconds, for a limit in real time; at once if nothing else is left that could happen."""
         self._timers_made += 1
         handle = asyncio.Handle(callback, (), self)
         heapq.heappush(self._limits, (perf_counter() + seconds, self._timers_made, handle))
@@ -160,7 +164,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return future
 
     async def shutdown_default_executor(self, *args: Any, **kwargs: Any) -> None:
-        """Wait for the executor's threads, in real time, unless one of them never ends."""
+        """Wait for the executor's threads, in real time, unless a call in one was found to be endless."""
         if self._endless.found and self._default_executor is not None:
             self._default_executor.shutdown(wait=False)
             self._default_executor = None
@@ -184,7 +188,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return handle
 
     def _timer_handle_cancelled(self, handle: asyncio.TimerHandle) -> None:  # noqa: ARG002 - asyncio's signature
-        """Throw cancelled timers away once they are most of all: timeouts mostly are cancelled."""
+        """Remove cancelled timers once they are over 100, and half of all timers: most timeouts are cancelled."""
         self._timers_cancelled += 1
         if self._timers_cancelled > max(100, len(self._timers) // 2):
             self._timers = [timer for timer in self._timers if not timer[2].cancelled()]
@@ -192,7 +196,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             self._timers_cancelled = 0
 
     def _release_due(self) -> None:
-        """Make ready what is due. A float deadline may lie a fraction of a nanosecond after its instant."""
+        """Make due timers ready. The float deadline of one may be a fraction of a nanosecond after `_now_ns`."""
         timers = self._timers
         while timers and timers[0][0] <= self._now_ns:
             _, _, handle = heapq.heappop(timers)
@@ -218,12 +222,12 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._turns += 1
         if self._turns > _TURNS:
             raise self._deadlock(
-                f"the loop turned {_TURNS:,} times without time moving: something goes round in circles"
+                f"the loop turned {_TURNS:,} times and time did not move: a task or callback runs again without end"
             )
-        # Asking the system costs as much as the turn itself. Other threads' calls are ready without it, so only
-        # sockets need it every time; signals can wait for some turns.
-        self._unasked = (self._unasked + 1) % 64
-        events = self._input.poll(0) if self._unasked == 0 or self._has_io() else []
+        # A poll of the system costs as much as the turn itself. Calls from other threads are ready without a poll, so
+        # only sockets and pipes need one in each turn; signals can wait for up to 64 turns.
+        self._unpolled = (self._unpolled + 1) % 64
+        events = self._input.poll(0) if self._unpolled == 0 or self._has_io() else []
         if self._limits and self._limit_s() <= 0:
             self._pass_limit()
         if timeout == 0:
@@ -234,7 +238,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def _let_threads_work(self) -> Events:
         """Wait in real time while a worker thread works, and time stands still."""
         if self.follows and self._settling:
-            return []  # it stands still anyway, and a simulator may be at work for ever
+            return []  # time stands still anyway, and a simulator in a thread may never end
         while self._working() and self._limit_s() > 0:
             if events := self._input.poll(min(_THREAD_POLL_S, self._limit_s())):
                 return events
@@ -245,9 +249,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return []
 
     def _let_time_move(self) -> Events:
-        """Settle at this instant, else jump to the next, else wait for others or give up.
+        """Settle at this instant, else jump to the next deadline, else wait for threads and input, or give up.
 
-        Asked only after the threads: what they reported meanwhile is ready, and comes first.
+        Called after `_let_threads_work`: what the threads reported meanwhile is ready, and comes first.
         """
         self._release_due()
         while self._settling and not self._ready:
@@ -263,10 +267,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             return []
         grace_s = _IO_S if self._has_io() else _FOREIGN_S if self._has_threads() else 0
         if grace_s > 0 and (self._limits or self.follows):
-            grace_s = max(0, self._limit_s())  # the limit says how long others may take; without one it is for ever
+            grace_s = max(0, self._limit_s())  # the next limit says how long to wait; without one it is for ever
         events = self._input.poll(grace_s)
         if not events and not self._ready and not self._pass_limit():
-            lacking = "no time comes" if self.follows else "no timer"
+            lacking = "no time from a simulator" if self.follows else "no timer"
             raise self._deadlock(f"nothing is left to run: {lacking}, no worker thread, no input")
         return events
 
@@ -288,20 +292,20 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return True
 
     def _has_io(self) -> bool:
-        return self._input.registered > 1  # one is how other threads wake the loop
+        return self._input.registered > 1  # one is the socket by which other threads wake the loop
 
     def _working(self) -> bool:
-        """Whether a worker thread works for this loop, and may still end."""
+        """Return whether a worker thread works for this loop; False once an endless call was found."""
         if self._endless.found:
             return False
         return self._threads > 0 or (self._has_threads() and any(self._anyio_workers()))
 
     def _has_threads(self) -> bool:
-        """Whether there are threads that may give the loop something to do."""
+        """Return whether there are threads that may give the loop something to do."""
         return threading.active_count() > 1 + self.watchers
 
     def _anyio_workers(self) -> Iterator[threading.Thread]:
-        """The threads that anyio started for this loop and that have not finished what they were given."""
+        """Yield the threads that anyio started for this loop and that have not finished their call."""
         for thread in threading.enumerate():
             queue = getattr(thread, "queue", None) if getattr(thread, "loop", None) is self else None
             if getattr(queue, "unfinished_tasks", 0) > 0:
@@ -330,7 +334,7 @@ class _Selector(selectors.DefaultSelector):
         super().__init__()
         self._choose = choose
         self.registered = 0
-        """Number of watched files; the loop asks every turn."""
+        """Number of watched files; counted here because the loop needs it every turn."""
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
         """Watch a file."""
@@ -345,7 +349,7 @@ class _Selector(selectors.DefaultSelector):
         return key
 
     def select(self, timeout: float | None = None) -> Events:
-        """Called by asyncio once a turn: with zero while something is ready, else with None."""
+        """Return the input of a turn; asyncio passes zero while a callback is ready, else None."""
         return self._choose(timeout)
 
     def poll(self, timeout_s: float) -> Events:
@@ -354,7 +358,7 @@ class _Selector(selectors.DefaultSelector):
 
 
 def _waits_for_the_loop(thread: threading.Thread) -> bool:
-    """Whether a worker has called back with `anyio.from_thread`, which may take virtual time."""
+    """Return whether a worker waits in `anyio.from_thread`: the loop's answer may need virtual time to pass."""
     frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001 - documented in spite of its name
     home = getattr(sys.modules.get("anyio.from_thread"), "__file__", None)
     while frame is not None and frame.f_code.co_filename != home:
