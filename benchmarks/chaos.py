@@ -415,7 +415,7 @@ def judge_restarts(run: Run, outcome: Outcome, slowness: float) -> None:
             moment, event = line["stamp_ns"] / 1e9, line["event"]
             if event.endswith(" runs"):
                 runs_since = moment
-            elif "starts anew in" in event:
+            elif " restarts in " in event:
                 lived_s, runs_since = 0.0 if runs_since is None else moment - runs_since, None
                 row = 0 if lived_s >= WINDOW_S else row
                 pause_s, expected_s = float(event.split()[-2]), min(LONGEST_S, FIRST_S * 2**row)

@@ -1,4 +1,4 @@
-"""WorkerProcess: one process of a run through all its lives: started, watched and restarted."""
+"""WorkerProcess: starts one process of a run, watches it and restarts it; a life is one start of it, until its end."""
 
 from __future__ import annotations
 
@@ -29,9 +29,11 @@ if TYPE_CHECKING:
     from busflow.node.supervision import RestartPolicy
 
 _LASTING = {ExitCode.USAGE, ExitCode.INCOMPLETE}
-"""Exit codes after which no restart follows: of a wrong use, and of an incomplete recording that ends the run."""
+"""Exit codes after which no restart follows: another life would not mend a wrong command line, and an incomplete
+recording ends the run.
+"""
 _SIGNALS = {int(code): number for number, code in CODES.items()}
-"""Signals by the exit code of a process that heeded one."""
+"""Signals by the exit code of a process that stopped because of one."""
 
 
 class MemberState(StrEnum):
@@ -40,7 +42,9 @@ class MemberState(StrEnum):
     STARTING = "starting"
     RUNNING = "running"
     HANGS = "hangs"
-    """The process is stopped, has no time to answer, or its event loop stands still."""
+    """The process was suspended (SIGSTOP) or had no time to answer for almost two seconds, or its event loop stands
+    still.
+    """
     RESTARTING = "restarting"
     ENDED = "ended"
     FAILED = "failed"
@@ -56,14 +60,14 @@ class ProcessOutcome:
     fate: str
     """Text that says how the process ended; empty if it ended as it should."""
     is_own: bool = False
-    """Whether the process ended by itself, and could still send its report."""
+    """Whether the process itself reported its end; False if it was killed before it could."""
 
 
 class WorkerOwner(Protocol):
     """Interface that a worker process needs of its process group."""
 
     def first_line(self, member: WorkerProcess) -> bytes:
-        """Return the process's assignment, as things are now."""
+        """Return the first line for the process's standard input: its assignment, with the parameters set until now."""
         ...
 
     def show_record(self, record: LogRecord) -> None:
@@ -75,11 +79,16 @@ class WorkerOwner(Protocol):
         ...
 
     def on_final(self, code: int, *, finished: bool) -> None:
-        """React to a process that has ended for good, unasked; `finished`: because all its nodes have ended."""
+        """React to the last end of a process, which nothing had asked to stop.
+
+        Args:
+            code: the exit code that the process reported; FAILED if it reported none.
+            finished: whether the process ended because all its nodes had ended.
+        """
         ...
 
     def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:
-        """React to a life that has ended unasked."""
+        """React to the end of a life, if nothing had asked the process to stop."""
         ...
 
     def seconds(self) -> float:
@@ -92,7 +101,7 @@ class WorkerOwner(Protocol):
 
 
 class WorkerProcess:
-    """Process beside the main one, through all its lives."""
+    """Worker process of a run, from its first start to its last end."""
 
     def __init__(
         self,
@@ -120,6 +129,7 @@ class WorkerProcess:
         self._arguments, self._owner, self._log = [*arguments, "--process", spec.name], owner, log
         self._environment = {**environment, **spec.env}
         self._end: dict[str, Any] = {}
+        """What the process reported of its end: `exit_code`, `failures`, `finished`; empty if it reported none."""
         self._stopping = asyncio.Event()
         self._running_since_s: float | None = None
         self._last_message_s = 0.0
@@ -129,10 +139,11 @@ class WorkerProcess:
         self._killed_for = ""
         self._parameters: dict[str, Any] = {}
         self._stopped: tuple[str, ...] = ()
+        """Names of the nodes that are stopped by hand."""
 
     @property
     def memory(self) -> Memory:
-        """Parameters and counted lives with which the next life begins."""
+        """Parameters, counted lives and nodes stopped by hand, with which the next life begins."""
         lives = Counter(dict.fromkeys(self.nodes, len(self.lives)))
         for life in self.lives:
             nodes = (life.report or {}).get("nodes", ())
@@ -165,12 +176,13 @@ class WorkerProcess:
                 if pause_s is None:
                     fate = self.lives[-1].fate if self.lives else ""
                     self.failures += self._end.get("failures") or ([fate] if fate else [])
-                    # An exit code that the process has not sent itself, or of a signal, says nothing of its nodes.
+                    # The exit code says something about the nodes only if the process reported its end, and no signal
+                    # ended it.
                     known = self._end and code not in _SIGNALS
                     self._owner.on_final(code if known else ExitCode.FAILED, finished=bool(self._end.get("finished")))
                     return
                 self.state = MemberState.RESTARTING
-                self._log.warning(f"the process {self.name} starts anew in {pause_s:g} s", restart=self.restarts)
+                self._log.warning(f"the process {self.name} restarts in {pause_s:g} s", restart=self.restarts)
                 with suppress(TimeoutError):
                     async with asyncio.timeout(pause_s):
                         await self._stopping.wait()
@@ -198,7 +210,7 @@ class WorkerProcess:
         if not self._stopping.is_set():
             self.state = MemberState.FAILED if fate else MemberState.ENDED
             self._owner.on_life(self, self.lives[-1])
-        else:  # also where a node failed on the way out
+        else:  # a node may have failed in its `stop`
             self.state = MemberState.FAILED if failures else MemberState.ENDED
             self.failures += failures
         return code
@@ -206,9 +218,9 @@ class WorkerProcess:
     def _fate(self, code: int) -> str:
         """Return how a life ended, in words; empty if it ended well."""
         stopping = self._stopping.is_set()
-        if stopping and (self._end or code == -signal.SIGTERM):  # or it was asked before it could heed it
+        if stopping and (self._end or code == -signal.SIGTERM):  # or SIGTERM came before it had a handler for it
             return ""
-        if code == ExitCode.TERMINATED and not self._end:  # it has said on standard error which node held it up
+        if code == ExitCode.TERMINATED and not self._end:  # standard error names the node that did not stop
             return f"the process {self.name} did not stop in time, and had to end itself"
         if code == ExitCode.OK and (stopping or self._end):
             return ""
@@ -242,7 +254,7 @@ class WorkerProcess:
             self.child.terminate()
 
     def order(self, **values: Any) -> bool:
-        """Send an order to the process; False if it is not there to read it."""
+        """Send a command to the process, such as one for a snapshot; return False if it does not run."""
         if self.child is None or self.state not in {MemberState.RUNNING, MemberState.HANGS}:
             return False
         self.child.send(json.dumps(values).encode() + b"\n")
@@ -255,13 +267,13 @@ class WorkerProcess:
             self.child.kill()
 
     def on_presence(self, *, there: bool) -> None:
-        """React to the process's token: it has appeared, or is gone because the process ends or hangs."""
+        """React to the process's liveliness token: it has appeared, or is gone because the process ends or hangs."""
         self._is_out_of_sight = not there
         if there:
             if self.state is MemberState.HANGS:
                 self._log.warning(f"the process {self.name} answers again")
             self.state = MemberState.RUNNING
-            if self._running_since_s is None:  # else it was out of sight for a moment, and this is the same life
+            if self._running_since_s is None:  # else only its token was gone for a moment, and this is the same life
                 self._running_since_s = self._owner.seconds()
                 self._log.debug(f"the process {self.name} runs")
                 if self.child is not None:
@@ -272,18 +284,19 @@ class WorkerProcess:
     def _look_whether_it_hangs(self, child: Child) -> None:
         if self.child is not child or not self._is_out_of_sight or self._stopping.is_set():
             return
-        # With a recent message the process lives: the main process stood still, or the link broke.
+        # A recent message shows that the process lives: its token is gone because the main process stood still, or the
+        # link broke.
         if self._owner.seconds() - self._last_message_s < _SILENT_S:
             asyncio.get_running_loop().call_later(_SILENT_S, self._look_whether_it_hangs, child)
             return
-        self._hang(child, "it is stopped, or has no time to answer")
+        self._hang(child, "it is stopped (SIGSTOP), or has no time to answer")
 
     def _look_at_reports(self, child: Child, looked_s: float) -> None:
-        """Look every half second if its event loop still turns, which sends the reports twice a second."""
+        """Check twice a second whether the process's event loop still turns; the loop sends two reports a second."""
         if self.child is not child or self._stopping.is_set():
             return
         now_s = self._owner.seconds()
-        if now_s - looked_s > _SILENT_S:  # we stood still, and the reports are yet to be read
+        if now_s - looked_s > _SILENT_S:  # the main process stood still, and has not read the reports yet
             self._last_report_s = now_s
         silent_s = now_s - self._last_report_s
         if self.state is MemberState.RUNNING and silent_s > self.spec.hang_s and self._is_at_work(child.pid):
@@ -293,7 +306,7 @@ class WorkerProcess:
         asyncio.get_running_loop().call_later(_LOOK_S, self._look_at_reports, child, now_s)
 
     def _is_at_work(self, pid: int) -> bool:
-        """Whether all its nodes have started, and no debugger holds it: else it may well stand still."""
+        """Return whether all nodes have started and no debugger is attached; else the event loop may stand still."""
         nodes = (self.report or {}).get("nodes", ())
         states = {node.get("state") for node in nodes}
         return bool(nodes) and not states & _BEFORE_WORK and not self._is_debugged and not _is_traced(pid)
@@ -304,7 +317,7 @@ class WorkerProcess:
         if self.policy.when is not Restart.NEVER:
             self.kill("hung")
 
-    # What it says, in the thread that reads it.
+    # The process's messages and prints; these methods run in the thread that reads them.
 
     def on_message(self, message: Mapping[str, Any]) -> None:
         """Handle a message of the child: a log line, a report or parameters."""
@@ -330,16 +343,19 @@ class WorkerProcess:
 
 
 _DYING_S = 0.2
-"""Time from the loss of a token to the known end: an ending process is seen to leave first."""
+"""Time from the loss of a token to the check whether the process hangs.
+
+An ending process loses its token first, and its exit is known a moment later.
+"""
 _SILENT_S = 1.0
-"""Silence that means a process does nothing: it reports twice in this time."""
+"""Time without a message after which a process counts as hanging; a working one reports twice in it."""
 _LOOK_S = 0.5
 """Time between two looks at the age of the last report."""
 _BEFORE_WORK = {NodeState.BUILT, NodeState.WAITING, NodeState.STARTING, NodeState.RESTARTING}
 
 
 def _is_traced(pid: int) -> bool:
-    """Whether a debugger such as gdb holds a process; where the system does not say so, none does."""
+    """Return whether a debugger such as gdb is attached to a process; False where the system has no /proc to say it."""
     try:
         status = Path(f"/proc/{pid}/status").read_text()
     except OSError:
