@@ -30,7 +30,7 @@ Recorded = Mapping[str, Mapping[str, object]]
 
 _RECORDED = Origin(StatedBy.CALLER)
 OF_THE_RUN = {PARAMETER_EVENTS, ROSOUT}
-"""Topics of which a node says nothing itself."""
+"""Topics that the run itself publishes, for its nodes; they are not compared."""
 
 
 @dataclass(slots=True)

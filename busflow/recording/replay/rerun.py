@@ -1,7 +1,8 @@
-"""Rerun: nodes that run anew on what was recorded, on the recording's time, one event after the other.
+"""Rerun: runs nodes again with the inputs of a recording, on the recording's time, one event after the other.
 
-Everything that happened to the nodes from outside happens again, in the recorded order: messages, ticks of their
-timers, changes of their parameters, requests, and the answers that they got. Each is dealt with before the next comes.
+Everything that came to the nodes from outside comes again, in the recorded order: messages, ticks of their timers,
+changes of their parameters, requests, and the answers to their own requests. The nodes handle each event completely
+before the next one comes.
 """
 
 from __future__ import annotations
@@ -36,10 +37,11 @@ if TYPE_CHECKING:
     from busflow.runner.loops.virtual import VirtualLoop
 
 Role = Callable[["Entry"], None]
+"""Handles the recorded messages of one channel."""
 
 
 class Rerun:
-    """A graph of the nodes that are run anew, and the recording that drives it."""
+    """A graph of the nodes that run again, and the recording that drives it."""
 
     def __init__(
         self,
@@ -52,16 +54,16 @@ class Rerun:
         others_publish: set[str],
         keep: int | None,
     ) -> None:
-        """A rerun of a graph that has yet to be started.
+        """Prepare the rerun of a graph that has not started.
 
         Args:
             graph: The nodes.
             bag: The recording.
-            past: What has to be known of it beforehand.
-            check: Is given what was published, then and now.
+            past: The facts of the recording that are needed before the first message.
+            check: Compares the recorded messages with those that the nodes publish now.
             clock: The graph's clock.
-            others_publish: Topics on which others than these nodes publish.
-            keep: How many messages of each topic are kept, the newest; None is all.
+            others_publish: Topics on which other nodes of the recorded run publish too.
+            keep: The number of messages of each topic that `outputs` keeps, the newest; None keeps all.
         """
         self.outputs: dict[str, deque[Message]] = {}
         """The messages that the nodes have published, by topic."""
@@ -77,6 +79,7 @@ class Rerun:
         graph.attach(self._calls)
         self._roles: dict[Channel, tuple[Role, bool] | None] = {}
         self._initially_set: set[str] = set()
+        """Nodes whose first recorded parameter event has been skipped."""
         self._began = past.started_ns > 0
         graph.bus.on_attach.append(self._on_attach)
 
@@ -92,17 +95,17 @@ class Rerun:
                 role = self._role(entry.channel)
                 if role is None:
                     continue
-                play, happens = role
-                if happens:
+                handle, is_event = role
+                if is_event:
                     await self._reach(entry.log_time_ns)
-                play(entry)
-                if happens:
+                handle(entry)
+                if is_event:
                     await self._loop.settle()
             if not graph.ending.is_set() and self._bag.end_ns is not None:
                 await self._reach(self._bag.end_ns, back=False)
                 await self._loop.settle()
         finally:
-            self._note_silent_inputs()  # before its ends leave
+            self._note_limits()  # before the nodes' endpoints leave the graph
             await self._calls.close()
             now_ns = self._clock.now().nanoseconds
             await graph.stop()
@@ -117,14 +120,14 @@ class Rerun:
             await self._graph.start()
 
     async def _reach(self, time_ns: int, *, back: bool = True) -> None:
-        """Let it be a moment of the recording, also where its clock was set back."""
-        if not self._began:  # a simulator's first word, before which it was 0, lets no time pass
+        """Move the clock to a time of the recording; with `back` also backwards, as the recorded clock was set back."""
+        if not self._began:  # time is 0 before a simulator's first message, which sets the clock: no time passes
             self._began = time_ns > 0
             self._clock.start_at(Time(time_ns))
             return
         by_ns = time_ns - self._clock.now().nanoseconds
         if self._loop.time_ns() == 0 and by_ns < 0:
-            return  # what was recorded before the run's own time began
+            return  # it was recorded before time 0 of the run
         if by_ns > 0:
             reached = self._loop.create_future()
             self._loop.call_at_ns(self._loop.time_ns() + by_ns, lambda: reached.done() or reached.set_result(None))
@@ -136,10 +139,10 @@ class Rerun:
                 for listener in tuple(self._clock.on_jump):
                     listener(by)
 
-    # Who has which part.
+    # The handler of each channel.
 
     def _role(self, channel: Channel) -> tuple[Role, bool] | None:
-        """A handler for messages of a channel, and whether these are events of the nodes."""
+        """Return the handler of a channel, and whether its messages are events for the nodes; None to ignore them."""
         if channel not in self._roles:
             self._roles[channel] = self._find_role(channel)
         return self._roles[channel]
@@ -167,6 +170,7 @@ class Rerun:
         node, values = change_of(entry)
         if node not in self._nodes:
             return
+        # The first event of a node in a recording of busflow has the parameters that it starts with here anyway.
         if self._past.ours and node not in self._initially_set:
             self._initially_set.add(node)
             return
@@ -177,10 +181,10 @@ class Rerun:
         except BusflowError as error:
             refused = str(error)
         if refused:
-            text = f"a change of its parameters that was recorded is refused now: {refused}"
+            text = f"a recorded change of parameters is refused now: {refused}"
             self._check.failed(node, entry.log_time_ns, text)
 
-    # What they publish.
+    # Messages that the nodes publish.
 
     def _on_attach(self, attached: object) -> None:
         self._roles.clear()
@@ -193,13 +197,13 @@ class Rerun:
         self._published[topic] = publisher.endpoint.node
         self.outputs[topic] = deque(maxlen=self._keep)
         if topic in self._others:
-            self.notes.append(f"{topic} is not compared: others publish there too, and a recording does not say who")
+            self.notes.append(f"{topic} is not compared: other nodes publish it too; a recording names no publisher")
         else:
             self._refuse_another_type(publisher)
             self._check.watch(topic, plain_of(publisher.type))
-        self._graph.bus.tap(self._graph.bus.topics[topic], self._hearer(publisher))
+        self._graph.bus.tap(self._graph.bus.topics[topic], self._listener(publisher))
 
-    def _hearer(self, publisher: Publisher[Any]) -> Callable[[Message], None]:
+    def _listener(self, publisher: Publisher[Any]) -> Callable[[Message], None]:
         topic, encode = publisher.topic, TypeSupport(publisher.type).encode
         compared = topic not in self._others
         outputs, check, clock = self.outputs[topic], self._check, self._clock
@@ -220,16 +224,17 @@ class Rerun:
             raise BagError(
                 f"{publisher.topic} was recorded as {channel.type_name}, and {publisher.endpoint.node} publishes "
                 f"{'another version of it' if channel.type_name == support.name else type_name(publisher.type)}",
-                fix="what is of another type cannot be compared: record it anew",
+                fix="messages of two types cannot be compared: record the topic again",
             )
 
-    def _note_silent_inputs(self) -> None:
+    def _note_limits(self) -> None:
+        """Note what the recording lacks, and what of it was not used."""
         topics = {*self._published, *self._inputs.topics}
         self.notes += loss_notes(self._bag, topics, self._nodes)
         silent = self._inputs.not_in(self._channels)
-        self.notes += [f"{topic} is not in the recording: {node} received nothing there" for topic, node in silent]
+        self.notes += [f"{topic} is not in the recording: {node} received nothing on it" for topic, node in silent]
         if self._clock.unmet:
             ticks = counted(self._clock.unmet, "tick of a timer was", "ticks of timers were")
-            self.notes.append(f"{ticks} recorded where no timer waited")
+            self.notes.append(f"{ticks} recorded for which no timer waited in the replay")
         if TICKS not in self._channels and any(unit.runtime.endpoints.timers for unit in self._graph.units):
-            self.notes.append("the recording holds no ticks of timers: theirs began with it, and come before an input")
+            self.notes.append("no ticks were recorded: timers tick from the start, before an input of the same instant")

@@ -241,7 +241,7 @@ def test_a_timer_with_a_new_period_keeps_it(tmp_path):
     outcome = replay(path, Faster(name="counter"))
     assert len(outcome.outputs["/counts"]) == 20
     assert not outcome.same
-    assert "10 ticks of timers were recorded where no timer waited" in outcome.notes
+    assert "10 ticks of timers were recorded for which no timer waited in the replay" in outcome.notes
 
 
 class GainParameters(Parameters):
@@ -415,7 +415,7 @@ def test_inputs_missing_in_the_recording_are_noted(lab_bag):
 
     outcome = replay(lab_bag, Curious(name="sensor_processor"))
     outcome.assert_same()
-    assert outcome.notes == ["/odometry is not in the recording: /sensor_processor received nothing there"]
+    assert outcome.notes == ["/odometry is not in the recording: /sensor_processor received nothing on it"]
 
 
 def test_a_topic_with_other_publishers_is_not_compared(tmp_path):
@@ -430,7 +430,7 @@ def test_a_topic_with_other_publishers_is_not_compared(tmp_path):
     outcome.assert_same()
     assert outcome.compared == {"/other": 10}
     assert outcome.notes == [
-        "/balance_state is not compared: others publish there too, and a recording does not say who"
+        "/balance_state is not compared: other nodes publish it too; a recording names no publisher"
     ]
 
 
@@ -578,7 +578,7 @@ def test_what_the_recording_has_not_is_noted(tmp_path):
     recorded({"to": str(path), "topics": ["counts"]}, Pulse, Counter)
     outcome = replay(path, Counter)
     assert not outcome.same
-    assert "/pulse is not in the recording: /counter received nothing there" in outcome.notes
+    assert "/pulse is not in the recording: /counter received nothing on it" in outcome.notes
 
 
 def test_a_ros_2_bag_is_replayed():
