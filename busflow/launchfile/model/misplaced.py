@@ -32,7 +32,7 @@ def with_keys_in_place(file: Value, repeated: Repeated, problems: Problems) -> V
     """Return a launch file with each key on a level where it is allowed, and without repeated keys."""
     placer = _Placer(problems, repeated)
     tree, _ = placer.placed(file, LaunchKeys, None)
-    for name, first, second in placer.repeated:  # in mappings that allow any key
+    for name, first, second in placer.repeated:  # in mappings whose keys are not placed, such as groups of parameters
         placer.repeat(name, first, second)
     unsure = [path for path, each in tree.leaves() if each.key in placer.unsure]
     problems.left_out.update(unsure)
@@ -42,15 +42,18 @@ def with_keys_in_place(file: Value, repeated: Repeated, problems: Problems) -> V
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """Keys that a mapping allows: those of a model, or any names, each with an entry."""
+    """Keys that a mapping allows: those of a model, or any name, often with a mapping of known keys as its value."""
 
     keys: frozenset[str] | None = None
     """Keys of a model; None if any name is allowed."""
     entry: _Kind | None = None
-    """Kind of the mapping below each name; None if the value is no mapping."""
+    """Kind of the mapping below each name; None if the value of a name is no mapping."""
 
     def may_hold(self, key: str, value: Value) -> bool:
-        """Return whether the mapping allows this key with this value."""
+        """Return whether the mapping allows this key with this value.
+
+        Below a name, a mapping fits if it has one of the keys known there, or none except `x-` keys, which are free.
+        """
         if key.startswith("x-"):
             return True
         if self.keys is not None:
@@ -62,7 +65,7 @@ class _Kind:
         return isinstance(value.content, dict) and (known is None or not own or any(each in known for each in own))
 
     def surely_holds(self, key: str, value: Value) -> bool:
-        """Return whether a key that stands elsewhere certainly belongs into this mapping."""
+        """Return whether a key that stands elsewhere certainly belongs here, by its name or by the keys below it."""
         if self.keys is not None:
             return key in self.keys
         known = self.entry.keys if self.entry is not None else None
@@ -91,7 +94,13 @@ class _Placer:
     """Places of keys with two different values."""
 
     def placed(self, stated: Value, annotation: object, around: _Kind | None) -> tuple[Value, dict[str, Value]]:
-        """Return a mapping with the keys that belong into it, and the keys that belong beside it."""
+        """Return a mapping with the keys that belong in it, and the keys that belong one level up, beside it.
+
+        Args:
+            stated: The mapping as the file has it.
+            annotation: Its type.
+            around: The kind of the mapping one level up; None for a whole file.
+        """
         kind = _kind(annotation)
         stated = _spaced(stated, kind, self.problems) if kind is not None else stated
         if kind is None or not isinstance(stated.content, dict):
@@ -100,7 +109,7 @@ class _Placer:
         displaced: dict[KeyPath, dict[str, Value]] = {}
         for key, value in self._in_order(stated):
             is_right = kind.may_hold(key, value)
-            if not is_right or (value.content is None and owner):
+            if not is_right or (value.content is None and owner):  # one without a value may belong to the last owner
                 owner = _intended_parent(tree, annotation, key, value, owner if is_right else None)
                 displaced.setdefault(owner, {})[key] = value
             elif is_right:
@@ -146,7 +155,7 @@ class _Placer:
 
 
 def _intended_parent(tree: Value, annotation: object, key: str, value: Value, last: KeyPath | None) -> KeyPath:
-    """Return the path of the preceding mapping that a key belongs into; empty if there is none.
+    """Return the path of the preceding mapping that a key belongs in; empty if there is none.
 
     Args:
         tree: The entries before the key, on its level.
@@ -156,7 +165,7 @@ def _intended_parent(tree: Value, annotation: object, key: str, value: Value, la
         last: Where the previous key was moved to, if this one is allowed where it stands; else None.
     """
     path: KeyPath = ()
-    open_ends: list[KeyPath] = []
+    without_value: list[KeyPath] = []
     others: list[KeyPath] = []
     found = tree
     while found.members:
@@ -166,12 +175,13 @@ def _intended_parent(tree: Value, annotation: object, key: str, value: Value, la
         if kind is None or key in found.members or not (found.content is None or isinstance(found.content, dict)):
             continue
         if found.content is None and (kind.keys is None or key in kind.keys) and kind.may_hold(key, value):
-            open_ends.append(path)
+            without_value.append(path)
         elif kind.surely_holds(key, value):
             others.append(path)
     if last is not None:  # the key is allowed here: move it only along with the previous one
         return last if last in others else ()
-    return open_ends[-1] if open_ends else others[0] if others else ()
+    # The innermost key that still has no value; else the outermost mapping that certainly holds the key.
+    return without_value[-1] if without_value else others[0] if others else ()
 
 
 def _report_too_shallow(tree: Value, path: KeyPath, moved: dict[str, Value], problems: Problems) -> None:
@@ -183,7 +193,7 @@ def _report_too_shallow(tree: Value, path: KeyPath, moved: dict[str, Value], pro
     there = [each.key.column for key, each in owner.members.items() if each.key is not None and key not in moved]
     more = (there[0] if there else owner.key.column + 2) - first.key.column
     if owner.key.line == first.key.line:
-        fix = f"put what belongs to it into braces: {path[-1]}: {{…}}"
+        fix = f"put the keys of {path[-1]} into braces: {path[-1]}: {{…}}"
     else:
         by = f" by {counted(more, 'more space')}" if more > 0 else ""
         fix = f"indent {_lines(moved.values())}{by}, below {path[-1]}: (line {owner.key.line})"
