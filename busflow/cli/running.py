@@ -64,7 +64,7 @@ class Run:
         level = "debug" if verbose else "info"
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
         self._options |= {"watchdog_s": watchdog_s, "prints_failures": self._for_people}
-        self._outer = dict(os.environ)
+        self._outer = dict(os.environ)  # each process of the run reads the launch file with these variables
         self._given = given
         whole, together = given.description(), sim or ProcessLayout(spread) is ProcessLayout.ONE
         self._description = description = on_machine(whole, machine, together=together or is_simulated(whole))
@@ -77,12 +77,12 @@ class Run:
         self._group: ProcessGroup | None = None
         self._watch = watch
         if watch and not description.files:
-            raise click.UsageError("--watch follows edits of FILE; with --plugin there is none")
+            raise click.UsageError("--watch follows edits of FILE; with --plugin there is no FILE")
         if watch and self._simulated:
-            raise click.UsageError("--watch follows edits in real time; a simulated run is over before you edit")
+            raise click.UsageError("--watch follows edits in real time; run it without --watch on simulated time")
         self._spreads = bool(self._placement.others) or description.here is not None
         if watch and self._spreads:
-            raise click.UsageError("--watch follows runs in one process: add --one-process")
+            raise click.UsageError("--watch works only in one process: add --one-process")
         self._inspect: bool | str = name or True if inspect else False
 
     def go(self, for_s: float | None, report: Path | None, trace: Path | None = None) -> int:
@@ -92,13 +92,13 @@ class Run:
             LaunchError: The graph cannot run.
         """
         if self._spreads:
-            self._refuse(trace is not None, "--trace", "it follows one process")
+            self._refuse(trace is not None, "--trace", "a trace works only in one process")
             self._refuse(self._inspect is False, "--no-inspect", "the processes of a run inspect each other")
         _refuse_overwriting(self._description.files, report, trace)
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
-                if self._group is None and self._record is not None:  # with others, each process records itself
+                if self._group is None and self._record is not None:  # a group has each of its processes record itself
                     from busflow.recording.recorder.recorder import record_graph
 
                     record_graph(graph, self._record)
@@ -118,8 +118,8 @@ class Run:
         return code
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
-        # A simulated run is over before another terminal could inspect it, and has to be the same every time. One that
-        # follows /clock lasts as long as the publisher of /clock.
+        # Of the simulated runs, `simulated_graph` shows to other terminals only one that follows /clock: it lasts as
+        # long as the publisher of /clock. Any other is over before they could look, and has to be the same every time.
         if self._spreads:
             return nullcontext((self._with_processes(), self._new_loop))
         if not self._simulated:
@@ -244,8 +244,8 @@ def _refuse_overwriting(files: Sequence[Path], report: Path | None, trace: Path 
     for path, option in ((report, "--report"), (trace, "--trace")):
         if path and any(_same(path, each) for each in files):
             raise click.BadParameter(f"{path} is a file of this run: name another one", param_hint=option)
-    if report and trace and _same(report, trace) and (report.is_file() or not report.exists()):  # or both to /dev/null
-        raise click.BadParameter(f"{trace} is where the report goes: name another file", param_hint="--trace")
+    if report and trace and _same(report, trace) and (report.is_file() or not report.exists()):  # both may be /dev/null
+        raise click.BadParameter(f"the report is written to {trace}: name another file", param_hint="--trace")
 
 
 def _same(one: Path, other: Path) -> bool:
@@ -256,7 +256,7 @@ def _same(one: Path, other: Path) -> bool:
 
 
 def _made(path: Path, option: str) -> bool:
-    """Check before the run that a file can be written; True if it did not exist before."""
+    """Check before the run that a file can be written, and create it; return whether it did not exist before."""
     new = not path.exists()
     try:
         path.open("a", encoding="utf-8").close()

@@ -62,7 +62,7 @@ def test_one_node_runs_on_simulated_time(capsys: Captured):
         ),
         ("--plugin talker talk.yaml", "name a launch file, or a plugin with --plugin: not both talk.yaml"),
         ("--plugin talker --profile sim", "--profile is for FILE: a node alone has no profiles"),
-        ("--plugin talker --watch", "--watch follows edits of FILE; with --plugin there is none"),
+        ("--plugin talker --watch", "--watch follows edits of FILE; with --plugin there is no FILE"),
         ("--plugin talker --folder nowhere", "Directory 'nowhere' does not exist"),
         ("talk.yaml --node loud", "--node and --folder are for --plugin"),
         ("talk.yaml -r a:=b", "with FILE write --set nodes.NODE.remap.OLD=NEW"),
@@ -197,7 +197,7 @@ def test_input_files_are_not_overwritten(capsys: Captured, option: str, path: st
 
 def test_a_report_and_a_trace_are_two_files(capsys: Captured):
     assert main(["run", "talk.yaml", "--sim", "--for", "1s", "--report", "run.txt", "--trace", "./run.txt"]) == 2
-    assert "--trace: run.txt is where the report goes" in capsys.readouterr().err
+    assert "--trace: the report is written to run.txt" in capsys.readouterr().err
     assert not Path("run.txt").exists()
     assert main(["run", "talk.yaml", "--sim", "--for", "1s", "--report", "/dev/null", "--trace", "/dev/null"]) == 0
 

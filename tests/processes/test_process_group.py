@@ -251,7 +251,7 @@ def all_is_one_graph():
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--trace", "trace.txt"], "--trace: it follows one process; add --one-process"),
+        (["--trace", "trace.txt"], "--trace: a trace works only in one process; add --one-process"),
         (["--no-inspect"], "--no-inspect: the processes of a run inspect each other; add --one-process"),
         (["--process", "left"], "--process is how busflow run starts its own processes; leave it out"),
     ],
