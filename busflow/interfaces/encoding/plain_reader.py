@@ -1,13 +1,13 @@
 """Reads messages by their type's description alone, as plain values: dictionaries, tuples, text and numbers.
 
 This needs no class, no pydantic and no numpy: the command line reads with it. It also says what is wrong with a
-message that cannot be read, down to the field and the byte. A message is read like this, here and in `decoding.py`:
+message that cannot be read, down to the field and the byte. A message is read like this, here and in `cdr_decoder.py`:
 
-- The header is that of plain CDR, big or little endian, and nothing else; its two option bytes are not looked at.
-- A length is compared with the bytes that are left before anything is made of it.
-- Text is UTF-8 that ends with its NUL; a length of 0, as some write it, is empty text. A bool is 0 or 1.
-- Up to 3 bytes may be left over, whatever they hold, for transports fill up to a multiple of 4. More are an error: the
-  message is then probably of another type.
+- The header must be that of plain CDR, big or little endian; its two option bytes are ignored.
+- A length is compared with the bytes that are left before memory is taken for so many items.
+- Text is UTF-8 that ends with a NUL; a length of 0, which some programs write, is empty text. A bool is 0 or 1.
+- Up to 3 bytes of any value may follow the message, because transports pad it to a multiple of 4. More are an error:
+  the message is then probably of another type.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from busflow.interfaces.encoding.description import (
 )
 
 _TEXT = "string"
-_array: Any = array  # its type hints want the code spelt out
+_array: Any = array  # the type hints of `array` accept only a literal type code
 _WIDE = 4
-"""Bytes of a unit of wide text: ROS 2 writes UTF-16 in 32 bits each, counted, without a NUL."""
+"""Bytes of a unit of wide text. ROS 2 writes each UTF-16 unit in 32 bits, after the number of units, without a NUL."""
 
 
 class _Unreadable(Exception):
-    """The error for bytes that do not fit a field; `path` grows from the inside out."""
+    """The error for bytes that do not fit a field; `path` has the innermost field first."""
 
     def __init__(self, reason: str, offset: int) -> None:
         self.reason, self.offset, self.path = reason, offset, list[str | int]()
@@ -54,7 +54,10 @@ class _Cursor:
         self.data, self.little, self.offset = data, little, HEADER_SIZE
 
     def claim(self, count: int, size: int) -> int:
-        """Move the cursor over so many values of this size, and return where they begin."""
+        """Move the cursor over `count` values of `size` bytes, and return the offset at which they begin.
+
+        Padding comes before the first value; without values there is none.
+        """
         start = self.offset
         if count:
             start += padding(start, size)
@@ -66,7 +69,13 @@ class _Cursor:
         return start
 
     def length(self, least: int, most: int, what: str = "items") -> int:
-        """Return the announced number of items, of which each takes `least` bytes and of which there may be `most`."""
+        """Read and return the number of items, or raise if the message cannot hold so many.
+
+        Args:
+            least: the fewest bytes that an item takes.
+            most: the largest allowed number; 0 is no limit.
+            what: the word for the items, for the error.
+        """
         start = self.claim(1, 4)
         count = int.from_bytes(self.data[start : start + 4], "little" if self.little else "big")
         left = len(self.data) - self.offset
@@ -86,8 +95,9 @@ Result = TypeVar("Result")
 def decoder_from_description(description: TypeDescription) -> Callable[[Payload], dict[str, Any]]:
     """Return a function that reads messages of the described type.
 
-    Fields become a dictionary in their order; sequences of numbers are memoryviews of the message (or of a copy, where
-    it is big endian), other sequences tuples. It raises MalformedMessage if a message cannot be read.
+    Fields become a dictionary in their order. A sequence of numbers becomes a memoryview, of the message's bytes if
+    their order is this machine's, else of a copy; any other sequence becomes a tuple. The function raises
+    MalformedMessage if a message cannot be read.
 
     Raises:
         MalformedMessage: the description is malformed.
@@ -98,7 +108,7 @@ def decoder_from_description(description: TypeDescription) -> Callable[[Payload]
 def measure_from_description(description: TypeDescription) -> Callable[[Payload], int]:
     """Return a function that returns the size of the message at the start of bytes.
 
-    It raises MalformedMessage if there is none.
+    The function raises MalformedMessage if the bytes begin with no message of this type.
 
     Raises:
         MalformedMessage: the description is malformed.
@@ -107,7 +117,10 @@ def measure_from_description(description: TypeDescription) -> Callable[[Payload]
 
 
 def _reading(description: TypeDescription, take: Callable[[bytes, Reader], Result]) -> Callable[[Payload], Result]:
-    """Return a function that reads a part of a message of the described type, and raises for malformed bytes."""
+    """Return a function that applies `take` to bytes and the reader of the described type.
+
+    It raises MalformedMessage for bytes that are no such message.
+    """
     types = types_in(check(description))
     name = description["type_description"]["type_name"]
     read = _Readers(types).of(name)
@@ -123,7 +136,7 @@ def _reading(description: TypeDescription, take: Callable[[bytes, Reader], Resul
 
 
 def _whole(data: bytes, read: Reader) -> Any:
-    """Return the message; `data` holds nothing else."""
+    """Return the message that `data` is, with up to `SPARE` bytes after it."""
     value, cursor = _begun(data, read)
     if (left := len(data) - cursor.offset) > SPARE:
         raise _Unreadable(f"{left} bytes follow the message", cursor.offset)
@@ -131,16 +144,16 @@ def _whole(data: bytes, read: Reader) -> Any:
 
 
 def _begun(data: bytes, read: Reader) -> tuple[Any, _Cursor]:
-    """Return the message at the start of `data`, and the offset of its end."""
+    """Return the message at the start of `data`, and the cursor at its end."""
     little = data[:2] == HEADER[:2]
     if len(data) < HEADER_SIZE or not (little or data[:2] == BIG_ENDIAN):
-        raise _Unreadable(f"{data[:4].hex(' ') or 'nothing'} is no header of plain CDR", 0)
+        raise _Unreadable(f"{data[:4].hex(' ') or 'nothing'} is not a header of plain CDR", 0)
     cursor = _Cursor(data, little=little)
     return read(cursor), cursor
 
 
 class _Readers:
-    """The reader of each type, and the fewest bytes that a value of it takes."""
+    """Readers of types, each made once, and the fewest bytes that a value of a type takes."""
 
     def __init__(self, types: dict[str, IndividualDescription]) -> None:
         self._types = types
@@ -158,7 +171,7 @@ class _Readers:
     def least(self, field: Field) -> int:
         """Return the fewest bytes that one item of the field takes, padding left out."""
         if not field.nested:
-            return PRIMITIVES[field.base].size or 4
+            return PRIMITIVES[field.base].size or 4  # text has no fixed size: its length takes 4 bytes
         if field.base not in self._least:
             self._least[field.base] = sum(self._least_of_all(each) for each in fields_of(self._types[field.base]))
         return self._least[field.base]
@@ -196,7 +209,7 @@ def _message(fields: list[tuple[str, Reader]], *, empty: bool) -> Reader:
         except _Unreadable as fault:
             fault.path.append(name)
             raise
-        return {} if empty else values
+        return {} if empty else values  # a type without fields has a dummy one, as in ROS 2
 
     return read
 
@@ -207,7 +220,7 @@ def _items(reader: Reader, least: int, exactly: int | None, most: int) -> Reader
         count = cursor.length(least, most) if exactly is None else exactly
         try:
             for _ in range(count):
-                values.append(reader(cursor))  # noqa: PERF401 - a fault in one must find those before counted
+                values.append(reader(cursor))  # noqa: PERF401 - a fault needs the number of items before it
         except _Unreadable as fault:
             fault.path.append(len(values))
             raise
@@ -260,7 +273,7 @@ def _text(bound: int) -> Reader:
         try:
             return cursor.data[start : max(start, cursor.offset - 1)].decode()
         except UnicodeDecodeError as error:
-            raise _Unreadable(f"the text is no UTF-8: {error.reason}", start + error.start) from None
+            raise _Unreadable(f"the text is not UTF-8: {error.reason}", start + error.start) from None
 
     return read
 
@@ -271,13 +284,13 @@ def _wide_text(bound: int) -> Reader:
         try:
             return wide_text(cursor.data[start : cursor.offset], little=cursor.little)
         except (OverflowError, UnicodeDecodeError):
-            raise _Unreadable("the text is no UTF-16", start) from None
+            raise _Unreadable("the text is not UTF-16", start) from None
 
     return read
 
 
 def wide_text(data: bytes, *, little: bool) -> str:
-    """Text of 16-bit units in 32 bits each.
+    """Decode text of UTF-16 units in 32 bits each.
 
     Raises:
         OverflowError: A unit needs more than 16 bits.

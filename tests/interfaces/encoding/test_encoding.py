@@ -198,12 +198,12 @@ def test_hostile_bytes_are_read_or_refused_without_memory(case):
     [
         (String, "0001000064000000 61626300", "data at byte 4: 100 bytes of text are announced and 4 bytes are left"),
         (String, "0001000002000000 6161", "data at byte 9: the text does not end with a NUL"),
-        (String, "0001000003000000 61ff00", "data at byte 9: the text is no UTF-8: invalid start byte"),
-        (String, "0001000004000000 eda08000", "data at byte 8: the text is no UTF-8: invalid continuation byte"),
+        (String, "0001000003000000 61ff00", "data at byte 9: the text is not UTF-8: invalid start byte"),
+        (String, "0001000004000000 eda08000", "data at byte 8: the text is not UTF-8: invalid continuation byte"),
         (Bool, "0001000002", "data at byte 4: a bool is 0 or 1, not 2"),
         (Int32, "0001000007000000 00000000", "at byte 8: 4 bytes follow the message"),
-        (Int32, "000300000700000000000000", "at byte 0: 00 03 00 00 is no header of plain CDR"),
-        (Int32, "", "at byte 0: nothing is no header of plain CDR"),
+        (Int32, "000300000700000000000000", "at byte 0: 00 03 00 00 is not a header of plain CDR"),
+        (Int32, "", "at byte 0: nothing is not a header of plain CDR"),
         (Header, "00010000 00000000 00000000 0a", "frame_id at byte 12: 4 bytes are needed and 1 are left"),
         (
             Polygon,
@@ -518,7 +518,7 @@ def test_wide_text_has_utf16_units_in_32_bits():
 
 
 @pytest.mark.parametrize(
-    ("units", "reason"), [([0xD83D], "no UTF-16"), ([0x10000], "no UTF-16"), ([0x61, 0xDE00], "no UTF-16")]
+    ("units", "reason"), [([0xD83D], "not UTF-16"), ([0x10000], "not UTF-16"), ([0x61, 0xDE00], "not UTF-16")]
 )
 def test_wide_text_that_is_none_is_refused(units, reason):
     data = b"\0\1\0\0" + struct.pack(f"<I{len(units)}II", len(units), *units, 0)
