@@ -1,4 +1,4 @@
-"""Supervision: what is asked for a node: when it starts, what happens when it fails, and when it ends or stops."""
+"""Supervision: rules for the start, the restarts, the end and the order of stopping of nodes."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ class Restart(StrEnum):
 
 
 class Condition(StrEnum):
-    """The condition of another node for which a node waits."""
+    """A state of another node; a node that depends on the other one waits for it before its start."""
 
     STARTED = "started"
     """Its `start` has begun."""
     READY = "ready"
-    """Its `start` has returned: it reacts."""
+    """Its `start` has returned: it handles messages."""
     FIRST_MESSAGE = "first_message"
     """It has published, on any of its topics."""
 
 
 class OnExit(StrEnum):
-    """The effect of a node's end on the others. A failure that no restart follows ends the run anyway."""
+    """The effect of a node's end on the run. A failure that no restart follows ends the run in any case."""
 
     IGNORE = "ignore"
     SHUTDOWN = "shutdown"
@@ -50,27 +50,28 @@ class OnExit(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RestartPolicy:
-    """Rule for restarts of an ended node: when, how soon, and how often before it is given up.
+    """Rule for restarts of an ended node: when, how soon, and how often before its failure is final.
 
     Raises:
-        InvalidDeclaration: a number is out of range, or `when` none of the words.
+        InvalidDeclaration: a number is out of range, or the value of `when` is not one of `Restart`.
     """
 
     when: Restart | str = Restart.NEVER
     most: int = 10
-    """The number of restarts within the window; one more failure is final."""
+    """The largest number of restarts within the window; one more failure is final."""
     first_s: float = 0.1
     """The pause before the first restart; each one after it is twice as long."""
     longest_s: float = 5.0
+    """The longest pause; the pauses stop growing there."""
     window_s: float = 60.0
-    """The time in which the limit counts; a node that has run for so long begins with the first pause again."""
+    """The time in which restarts are counted; a node that has run for this time begins with the first pause again."""
 
     def __post_init__(self) -> None:
-        """Take the word for what it means, and refuse what cannot be meant."""
+        """Turn the text of `when` into a `Restart`, and refuse numbers that make no sense."""
         object.__setattr__(self, "when", _word(Restart, "restart", self.when))
         if self.most < 1 or not 0 < self.first_s <= self.longest_s or self.window_s <= 0:
             raise InvalidDeclaration(
-                f"{self}: at least one restart, the longest pause not below the first, all above 0"
+                f"{self}: most must be at least 1, first_s above 0 and at most longest_s, window_s above 0"
             )
 
 
@@ -86,7 +87,7 @@ class Supervision:
 
 @dataclass(frozen=True, slots=True)
 class Supervised:
-    """A node made by hand, and what is asked for it."""
+    """A node made in Python code, not by a launch file, and its supervision."""
 
     node: Node | type[Node]
     supervision: Supervision
@@ -99,18 +100,18 @@ def supervised(
     depends_on: Mapping[str, str] | None = None,
     on_exit: str = OnExit.IGNORE,
 ) -> Supervised:
-    """A node made by hand with what a launch file says of one, for `launch`, `run` and the harness.
+    """Give a node made in Python code the supervision that a launch file states, for `launch`, `run` and the harness.
 
         busflow.run(supervised(Camera(rate_hz=30), restart="on-failure"), supervised(Viewer, on_exit="shutdown"))
 
     Args:
-        node: A node, or its class. A restart builds a new instance from the parameters of the one before.
+        node: A node, or its class. A restart builds a new instance from the last parameters of the one that ended.
         restart: `never`, `on-failure` or `always`, or a whole `RestartPolicy`.
-        depends_on: By the name of another node what to wait for: `started`, `ready` or `first_message`.
+        depends_on: By the name of another node, the state to wait for: `started`, `ready` or `first_message`.
         on_exit: `shutdown` to end the run when the node's `run` returns, or `ignore`.
 
     Raises:
-        InvalidDeclaration: a word is none of these.
+        InvalidDeclaration: a value is not one of these words.
     """
     policy = restart if isinstance(restart, RestartPolicy) else RestartPolicy(restart)
     needs = {
@@ -121,9 +122,9 @@ def supervised(
 
 
 class Backoff:
-    """Backoff: decides when an ended node is restarted, and when it is given up.
+    """Decides when an ended node is restarted, and when its failure is final.
 
-    Pure: the time comes from outside, in seconds of the run's clock.
+    The caller passes the time, in seconds of the run's clock.
 
     >>> backoff = Backoff(RestartPolicy(most=3, first_s=1, longest_s=3, window_s=60))
     >>> [backoff.next_s(lived_s=0, now_s=at) for at in (0, 2, 5, 9)]
@@ -134,16 +135,17 @@ class Backoff:
 
     def __init__(self, policy: RestartPolicy) -> None:
         self.restarts: int = 0
-        """The number of restarts, the next one included."""
+        """The number of restarts, the one that `next_s` has just allowed included."""
         self._policy = policy
         self._recent: list[float] = []
         self._row = 0
+        """The number of restarts in a row: since the node last ran for a whole window."""
 
     def next_s(self, *, lived_s: float, now_s: float) -> float | None:
-        """The pause before the next restart, counted as one; None when the limit is reached.
+        """Count a restart and return the pause before it, in seconds; None if the limit is reached.
 
         Args:
-            lived_s: How long the node has run since its start returned.
+            lived_s: How long the node ran after its start had returned.
             now_s: The run's time.
         """
         policy, recent = self._policy, self._recent
@@ -160,7 +162,7 @@ class Backoff:
 
 
 def cycle(needs: Mapping[str, Collection[str]]) -> list[str]:
-    """The names along a circle of nodes that wait for each other, the first again at the end; empty without a circle.
+    """Return the names of nodes that wait for each other in a circle, the first again at the end; empty if none do.
 
     >>> cycle({"/a": ["/b"], "/b": ["/c"], "/c": ["/b"]})
     ['/b', '/c', '/b']
@@ -185,7 +187,9 @@ def cycle(needs: Mapping[str, Collection[str]]) -> list[str]:
 
 
 def stop_order(names: Sequence[str], needs: Mapping[str, Collection[str]]) -> list[str]:
-    """The order to stop in: the last node first, but no node before those that depend on it.
+    """Return the order in which to stop nodes: the last one first, but none before the nodes that depend on it.
+
+    If nodes depend on each other in a circle, the last of them is first.
 
     >>> stop_order(["/sensors", "/balance", "/motors"], {"/sensors": ["/motors"]})
     ['/balance', '/sensors', '/motors']

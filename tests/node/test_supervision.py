@@ -549,7 +549,7 @@ def test_unknown_words_are_refused(how, said):
     ids=lambda limits: next(iter(limits)),
 )
 def test_limits_of_restarts_are_possible(limits):
-    with pytest.raises(InvalidDeclaration, match="at least one restart, the longest pause not below the first"):
+    with pytest.raises(InvalidDeclaration, match="most must be at least 1, first_s above 0 and at most longest_s"):
         RestartPolicy(**limits)
 
 
