@@ -74,6 +74,8 @@ class Terms:
     """Rights of one viewer, and what it is offered beyond the protocol."""
 
     read_only: bool
+    only_asks: bool = False
+    """Whether nothing of the protocol is offered, and the conversation is all there is."""
     capabilities: tuple[str, ...] = ()
     """Names of what the conversation offers."""
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
@@ -242,7 +244,7 @@ class Bridge:
 
     async def _serve_viewer(self, connection: ServerConnection, terms: Terms) -> None:
         await self._unless_silent(self._look)
-        viewer = Viewer(connection, self, read_only=terms.read_only)
+        viewer = Viewer(connection, self, read_only=terms.read_only, only_asks=terms.only_asks)
         viewer.send(self._server_info(terms))
         services = () if terms.read_only else tuple(self.catalogue.services.values())
         viewer.offer(Change(channels=tuple(self.catalogue.channels.values()), services=services))
@@ -262,7 +264,7 @@ class Bridge:
             self._print(f"{name} has gone{missed}")
 
     def _server_info(self, terms: Terms) -> str:
-        capabilities = ["parameters", "parametersSubscribe", "connectionGraph"]
+        capabilities = [] if terms.only_asks else ["parameters", "parametersSubscribe", "connectionGraph"]
         capabilities += [] if terms.read_only else ["clientPublish", "services"]
         capabilities += ["time"] if self._has_clock else []
         capabilities += terms.capabilities

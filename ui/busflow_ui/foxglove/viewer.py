@@ -83,8 +83,10 @@ class _Subscription:
 class Viewer:
     """Connection of one client, from its handshake to its end."""
 
-    def __init__(self, connection: ServerConnection, run: ViewedRun, *, read_only: bool) -> None:
-        self.read_only = read_only
+    def __init__(
+        self, connection: ServerConnection, run: ViewedRun, *, read_only: bool, only_asks: bool = False
+    ) -> None:
+        self.read_only, self._only_asks = read_only, only_asks
         self.follows_graph = False
         self._parameters: set[str] = set()
         self._all_parameters = False
@@ -162,6 +164,8 @@ class Viewer:
 
     def offer(self, change: Change) -> None:
         """Announce new channels and services, and the end of others."""
+        if self._only_asks:
+            return
         for each in [each for each in self._subscriptions.values() if each.channel.id in change.gone_channels]:
             self._end(each)
         if change.gone_channels:

@@ -16,15 +16,18 @@ class Access(StrEnum):
 
     CONTROL = "control"
     READ_ONLY = "read-only"
+    ASK = "ask"
+    """The assistant may be asked, and nothing else be seen."""
 
 
 class Tokens:
-    """Secrets of one start of the server: one for its own page, one for pages of other sites, which may only look."""
+    """Secrets of one start of the server: for its own page, and for pages of other sites that look, or only ask."""
 
     def __init__(self, *, read_only: bool) -> None:
-        """Draw both; with `read_only` the own page may only look too."""
+        """Draw them; with `read_only` the own page may only look too."""
         self.own: str = secrets.token_urlsafe(32)
         self.foreign: str = secrets.token_urlsafe(32)
+        self.ask: str = secrets.token_urlsafe(32)
         self._read_only = read_only
 
     def access(self, token: str, *, is_foreign: bool) -> Access | None:
@@ -35,6 +38,8 @@ class Tokens:
         given = token.encode(errors="replace")
         is_own = hmac.compare_digest(given, self.own.encode())
         is_guest = hmac.compare_digest(given, self.foreign.encode())
+        if hmac.compare_digest(given, self.ask.encode()):
+            return Access.ASK
         if not is_own and not is_guest:
             return None
         return Access.CONTROL if is_own and not is_foreign and not self._read_only else Access.READ_ONLY

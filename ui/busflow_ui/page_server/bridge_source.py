@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
+from websockets.frames import CloseCode
 from websockets.typing import Subprotocol
 
 import busflow
@@ -64,6 +65,9 @@ class BridgeSource:
 
     async def serve(self, connection: ServerConnection, access: Access) -> None:
         """Serve a page that has been let in; it is connected again where the other server comes back."""
+        if access is Access.ASK:
+            await connection.close(CloseCode.POLICY_VIOLATION, "what is shown here has no assistant")
+            return
         while True:
             try:
                 async with self._connected() as upstream:

@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request
 
+    from busflow_ui.book.site import BookSite
+
+BOOK = "/book"
+"""Path of the book's folder."""
 SOCKET = "/ws"
 """Path of the WebSocket."""
-_EMBEDDED = re.compile(r"/components\.js|/app\.css|/chunk-[\w-]+\.js")
-"""Paths of the panels that a page of another site embeds."""
+_EMBEDDED = re.compile(r"/(?:components|assistant)\.js|/(?:app|assistant)\.css|/chunk-[\w-]+\.js")
+"""Paths of the panels and of the assistant's button, which a page of another site embeds."""
 _HERE = Path(__file__).parent
 _PLACES = (_HERE / "static", _HERE.parents[1] / "page" / "dist")
 """The folder in an installed distribution, and the one of a clone."""
@@ -61,13 +65,15 @@ def page_folder() -> Path:
 class PageFiles:
     """Files of the page, by their paths; nothing else of the disk has one."""
 
-    def __init__(self, folder: Path, origins: Collection[str] = ()) -> None:
+    def __init__(self, folder: Path, origins: Collection[str] = (), book: BookSite | None = None) -> None:
         """List the files of a folder.
 
         Args:
             folder: the built page.
             origins: sites whose pages may embed the panels.
+            book: the pages of a book beside it.
         """
+        self._book = book
         files = [path for path in sorted(folder.iterdir()) if path.is_file() and path.suffix in _TYPES]
         self._files: Mapping[str, Path] = {f"/{path.name}": path for path in files}
         self._origins = frozenset(origins)
@@ -77,14 +83,12 @@ class PageFiles:
         path = _path(request)
         if path == SOCKET:
             return None
+        if self._book is not None and (path == BOOK or path.startswith(f"{BOOK}/")):
+            return _page_of_book(connection, self._book, path)
         file = self._files.get("/index.html" if path == "/" else path)
         if file is None:
             return connection.respond(HTTPStatus.NOT_FOUND, "there is no such page\n")
-        body = file.read_bytes()
-        headers = Headers(
-            {"Content-Type": _TYPES[file.suffix], "Content-Length": str(len(body)), "Connection": "close"}
-        )
-        return Response(HTTPStatus.OK, "OK", headers, body)
+        return _response(file.read_bytes(), _TYPES[file.suffix])
 
     def headers(self, request: Request) -> Mapping[str, str]:
         """Return the headers of an answer: a page may load and connect to nothing but this server."""
@@ -103,6 +107,23 @@ class PageFiles:
         origin = request.headers.get("Origin")
         allowed = {"Access-Control-Allow-Origin": origin} if origin is not None and origin in self._origins else {}
         return {"Cross-Origin-Resource-Policy": "cross-origin", "Vary": "Origin", **allowed}
+
+
+def _page_of_book(connection: ServerConnection, book: BookSite, path: str) -> Response:
+    answer = book.answer(path.removeprefix(f"{BOOK}/")) if path != BOOK else None
+    moved = f"{BOOK}/" if path == BOOK else answer and answer.moved
+    if moved:
+        response = connection.respond(HTTPStatus.FOUND, "")
+        response.headers["Location"] = moved
+        return response
+    if answer is None:
+        return connection.respond(HTTPStatus.NOT_FOUND, "there is no such page in the book\n")
+    return _response(answer.body, answer.kind)
+
+
+def _response(body: bytes, kind: str) -> Response:
+    headers = Headers({"Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close"})
+    return Response(HTTPStatus.OK, "OK", headers, body)
 
 
 def _path(request: Request) -> str:

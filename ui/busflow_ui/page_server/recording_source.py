@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from websockets.frames import CloseCode
+
 import busflow
 from busflow_ui.foxglove import protocol
 from busflow_ui.page_server.access import Access
@@ -22,8 +24,11 @@ class RecordingSource:
     def __init__(self, recording: Recording, *, print_message: Callable[[str], None]) -> None:
         self._recording, self._print = recording, print_message
 
-    async def serve(self, connection: ServerConnection, access: Access) -> None:  # noqa: ARG002  # all pages look alike
+    async def serve(self, connection: ServerConnection, access: Access) -> None:
         """Serve a page that has been let in, until either side ends the connection."""
+        if access is Access.ASK:
+            await connection.close(CloseCode.POLICY_VIOLATION, "a recording has no assistant")
+            return
         greeting = protocol.text(
             "serverInfo",
             name=f"busflow: {self._recording.name}",

@@ -21,16 +21,26 @@ from busflow_ui.questions.run_questions import RunQuestions
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
+    from busflow_ui.questions.cited_pages import Chapters
 
 _LOOK_S = 0.25
 """The interval at which the next run is looked for."""
 
 
 class RunSource:
-    """Run of one name, as long as `keep` is awaited."""
+    """Run of one name, or the first that there is, as long as `keep` is awaited."""
 
-    def __init__(self, name: str, *, print_message: Callable[[str], None]) -> None:
-        self._name, self._print = name, print_message
+    def __init__(
+        self, name: str | None, *, print_message: Callable[[str], None], chapters: Chapters | None = None
+    ) -> None:
+        """Look at a run.
+
+        Args:
+            name: its name; without one, that of the first run that is alone on this machine.
+            print_message: prints a line for the person that started this.
+            chapters: the book beside which it is shown.
+        """
+        self._name, self._print, self._chapters = name, print_message, chapters
         self._clock = SystemClock()
         self._bridge: Bridge | None = None
         self._questions: RunQuestions | None = None
@@ -50,21 +60,25 @@ class RunSource:
                 await self._serve_run(bridge)
 
     def _join(self, joining: ExitStack) -> Bridge:
-        return Bridge(joining.enter_context(joined(self._name)), print_message=self._print)
+        peer = joining.enter_context(joined(self._name))
+        self._name = peer.run.name
+        return Bridge(peer, print_message=self._print)
 
     async def serve(self, connection: ServerConnection, access: Access) -> None:
         """Serve a page; while there is no run it waits for the next one."""
         while self._bridge is None or self._questions is None:
             with suppress(ConnectionClosed):
-                await connection.send(frames.update("run", self._ended or {"name": self._name, "ended": {}}))
+                await connection.send(frames.update("run", self._ended or {"name": self._name or "", "ended": {}}))
             if not await self._next_run(connection):
                 return
         questions = self._questions
+        asks = access is Access.ASK
         terms = Terms(
-            read_only=access is Access.READ_ONLY,
+            read_only=access is not Access.CONTROL,
+            only_asks=asks,
             capabilities=("busflow",),
-            metadata={"run": self._name, "source": "run", "access": access},
-            conversation=questions.session,
+            metadata={"run": self._bridge.peer.run.name, "source": "run", "access": access},
+            conversation=questions.asking_session if asks else questions.session,
         )
         self._connections.add(connection)
         try:
@@ -83,7 +97,7 @@ class RunSource:
         return waits[0] in done
 
     async def _serve_run(self, bridge: Bridge) -> None:
-        questions = RunQuestions(bridge, print_message=self._print)
+        questions = RunQuestions(bridge, print_message=self._print, chapters=self._chapters)
         self._bridge, self._questions, self._ended = bridge, questions, None
         self._present.set()
         try:

@@ -80,6 +80,11 @@ def answer(id_: int, found: object) -> str:
     return _text("answer", id=id_, answer=found)
 
 
+def part(id_: int, found: object) -> str:
+    """Return the frame with a part of an answer that is still to come."""
+    return _text("part", id=id_, part=found)
+
+
 def error(id_: int, sentence: str) -> str:
     """Return the frame that says why a question has no answer."""
     return _text("answer", id=id_, error=sentence)

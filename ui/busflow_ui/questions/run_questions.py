@@ -14,18 +14,22 @@ from busflow.clock import SystemClock
 from busflow.errors import BusflowError
 from busflow_ui.questions import arguments as checked
 from busflow_ui.questions import frames
+from busflow_ui.questions.allowance import Allowance
+from busflow_ui.questions.assistant_questions import AssistantQuestions
+from busflow_ui.questions.cited_pages import NoChapters
 from busflow_ui.questions.followed import Changed, NewLines
 from busflow_ui.questions.graph_answer import Moment, graph_answer
 from busflow_ui.questions.heartbeat import Heartbeat
 from busflow_ui.questions.last_errors import LastErrors
 from busflow_ui.questions.page_recorder import PageRecorder
-from busflow_ui.questions.session import Question, Session, mistake
+from busflow_ui.questions.session import AskingOnly, Question, Session, mistake
 from busflow_ui.questions.steering import Steering
 
 if TYPE_CHECKING:
     from busflow.errors import Problem
     from busflow_ui.foxglove.bridge import Bridge
     from busflow_ui.foxglove.viewer import Viewer
+    from busflow_ui.questions.cited_pages import Chapters
 
 _MOST_LINES = 1000
 _RUN_WORDS = ("name", "file", "since_ns", "seed", "clock", "version")
@@ -33,6 +37,10 @@ _RATED_S = 0.9
 """Shortest time over which a rate is counted: a page that comes has the graph read at once, between two looks."""
 _SMOOTH_S = 3.0
 """Time over which it is counted where the graph was seen that long ago."""
+QUESTIONS_A_MINUTE = 20
+"""To the assistant, from one page that may only look."""
+QUESTIONS_OF_OTHERS = 60
+"""To the assistant, from all pages of other sites together."""
 _TOO_LONG_S = 5.0
 _HEALTH_EVERY = 3
 """Looks at the graph for each look at what is wrong, which asks more."""
@@ -41,8 +49,11 @@ _HEALTH_EVERY = 3
 class RunQuestions:
     """Questions about one run, from its beginning to its end."""
 
-    def __init__(self, bridge: Bridge, *, print_message: Callable[[str], None]) -> None:
+    def __init__(
+        self, bridge: Bridge, *, print_message: Callable[[str], None], chapters: Chapters | None = None
+    ) -> None:
         self._bridge, self._print = bridge, print_message
+        self._assistant = AssistantQuestions(bridge, chapters or NoChapters())
         self._sessions: set[Session] = set()
         self._clock = SystemClock()
         self._moments: deque[Moment] = deque()
@@ -55,6 +66,8 @@ class RunQuestions:
         """Followed questions that failed by a mistake of ours; each is reported once."""
         self._recorder = PageRecorder(bridge.peer)
         self._errors = LastErrors(bridge)
+        self._shared = Allowance(QUESTIONS_OF_OTHERS)
+        """Of all pages together that may only ask: one page could connect often."""
         self._heartbeat = Heartbeat(bridge.peer, lambda: bool(self._sessions), self._on_silence)
         steering = Steering(bridge.peer, bridge.ask, bridge.call)
         self._questions: Mapping[str, Question] = {
@@ -70,12 +83,29 @@ class RunQuestions:
             "order": Question(steering.order, changes=_always),
             "log_level": Question(steering.log_level, changes=_always),
             "record": Question(self._record, remaining=Changed, changes=lambda arguments: "on" in arguments),
+            "assistant": Question(self._assistant.state, remaining=Changed),
         }
 
     def session(self, viewer: Viewer) -> Session:
         """Begin the conversation with a page."""
+        asking = {"ask_assistant": self._asking(Allowance(QUESTIONS_A_MINUTE) if viewer.read_only else None)}
+        return self._begin(viewer, {**self._questions, **asking})
+
+    def asking_session(self, viewer: Viewer) -> AskingOnly:
+        """Begin the conversation with a page that may ask the assistant, and nothing else."""
+        questions = {"assistant": self._questions["assistant"], "ask_assistant": self._asking(self._shared)}
+        return AskingOnly(self._begin(viewer, questions))
+
+    def _asking(self, allowance: Allowance | None) -> Question:
+        assistant = self._assistant
+        return Question(
+            lambda arguments: assistant.ask(arguments, lambda _part: None, allowance),
+            in_parts=lambda arguments, send_part: assistant.ask(arguments, send_part, allowance),
+        )
+
+    def _begin(self, viewer: Viewer, questions: Mapping[str, Question]) -> Session:
         session = Session(
-            self._questions,
+            questions,
             viewer.send,
             read_only=viewer.read_only,
             print_message=self._print,
@@ -106,6 +136,7 @@ class RunQuestions:
 
     def close(self) -> None:
         """End the recording, and ask no more."""
+        self._assistant.close()
         self._heartbeat.close()
         self._errors.close()
         with suppress(BusflowError):

@@ -16,6 +16,8 @@ _MOST_ASKED = 16
 """Most questions of one page that are being answered; a further one is refused."""
 
 Answer: TypeAlias = Callable[[Mapping[str, Any]], Awaitable[object]]
+AnswerInParts: TypeAlias = Callable[[Mapping[str, Any], Callable[[object], None]], Awaitable[object]]
+"""Takes what sends a part of the answer too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +25,8 @@ class Question:
     """Question that a page may ask."""
 
     answer: Answer
+    in_parts: AnswerInParts | None = None
+    """Answers too, and sends parts of it before."""
     changes: Callable[[Mapping[str, Any]], bool] = lambda _arguments: False
     """Returns whether it changes the run or a file, which a page that may only look cannot."""
     remaining: Callable[[], Remaining] | None = None
@@ -119,12 +123,17 @@ class Session:
     async def _answer(self, ask: frames.Ask) -> None:
         try:
             question = self._allowed(ask)
-            self.send(frames.answer(ask.id, await question.answer(ask.arguments)))
+            self.send(frames.answer(ask.id, await self._found(question, ask)))
         except BusflowError as error:
             self.send(frames.error(ask.id, printable(error, limit=2000)))
         except Exception as error:  # noqa: BLE001  # a page waits for each answer, also where ours is the mistake
             self._print(mistake(ask.question, error))
             self.send(frames.error(ask.id, "busflow failed to answer; its terminal says more"))
+
+    def _found(self, question: Question, ask: frames.Ask) -> Awaitable[object]:
+        if question.in_parts is None:
+            return question.answer(ask.arguments)
+        return question.in_parts(ask.arguments, lambda part: self.send(frames.part(ask.id, part)))
 
     def _allowed(self, ask: frames.Ask) -> Question:
         found = self._known(ask.question)
@@ -137,6 +146,28 @@ class Session:
         if found is None:
             raise MalformedMessage(f"there is no question {name[:100]!r}; {did_you_mean(name[:100], self._questions)}")
         return found
+
+
+class AskingOnly:
+    """Conversation of a page that may ask its questions, and use nothing of Foxglove's protocol."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def take(self, message: str | bytes) -> bool:
+        """Answer a message of the page.
+
+        Raises:
+            NotAllowed: It is none of its questions.
+            MalformedMessage: It is no question at all.
+        """
+        if not self._session.take(message):
+            raise NotAllowed("this page may only ask the assistant")
+        return True
+
+    def close(self) -> None:
+        """End the conversation."""
+        self._session.close()
 
 
 def mistake(question: str, error: Exception) -> str:

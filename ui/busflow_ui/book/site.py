@@ -1,0 +1,47 @@
+"""BookSite: the files of a book by the paths of its addresses, as the server of the page answers them."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+from urllib.parse import quote, unquote
+
+from busflow.errors import InvalidInput
+from busflow_ui.book.book import Book
+from busflow_ui.book.folder import IMAGES, read
+from busflow_ui.book.page_html import SERVED, chapter_page
+
+_HTML = "text/html; charset=utf-8"
+_SCRIPT = "text/javascript; charset=utf-8"
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Content of a path, or the path where it is."""
+
+    kind: str
+    body: bytes
+    moved: str | None = None
+
+
+class BookSite:
+    """Pages, images and search of one book."""
+
+    def __init__(self, book: Book) -> None:
+        self.book = book
+
+    def answer(self, path: str) -> Answer | None:
+        """Return the content of a path in the book, such as `lab1.html`; None where the book has none."""
+        name = unquote(path)
+        with suppress(InvalidInput):  # the folder is being written: the pages known so far stay
+            self.book.look()
+        if not name:
+            return Answer(_HTML, b"", moved=quote(self.book.entries()[0].address))
+        if name == "search.js":
+            return Answer(_SCRIPT, self.book.search_script().encode())
+        if name in self.book.files.images:
+            body = read(self.book.files.images[name])
+            return None if body is None else Answer(IMAGES[PurePosixPath(name).suffix.lower()], body)
+        entry = next((each for each in self.book.entries() if each.address == name), None)
+        return None if entry is None else Answer(_HTML, chapter_page(self.book, entry, SERVED).encode())
