@@ -1,4 +1,4 @@
-// Builds the page into dist/: app.js, app.css, components.js, index.html, licences.json. Fails where it grows too large.
+// Builds the page into dist/: app.js, components.js, book.js, book_static.js, assistant.js, styles, index.html, licences.json. Fails where it grows too large.
 import { build, context } from "esbuild";
 import { cp, mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
 import { gzipSync } from "node:zlib";
@@ -7,17 +7,19 @@ import path from "node:path";
 const ROOT = import.meta.dirname;
 const DIST = path.join(ROOT, "dist");
 const MOST_BYTES = 250_000; // of all files together, as a browser receives them: compressed with gzip
-const ENTRIES = { app: "src/app.tsx", components: "src/components/index.ts" };
+const ENTRIES = {
+  app: "src/app.tsx",
+  components: "src/components/index.ts",
+  book: "src/book/index.tsx",
+  assistant: "src/assistant/embed.tsx",
+};
+const STATIC = { book_static: "src/book/static.ts" }; // a page that is opened as a file may load no module
 
 const watching = process.argv.includes("--watch");
-const options = {
+const shared = {
   absWorkingDir: ROOT,
-  entryPoints: Object.entries(ENTRIES).map(([out, file]) => ({ in: file, out })),
   outdir: DIST,
   bundle: true,
-  format: "esm",
-  splitting: true, // what the page and the elements share is in one file
-  chunkNames: "chunk-[hash]",
   target: ["es2022"],
   jsx: "automatic",
   jsxImportSource: "preact",
@@ -27,6 +29,13 @@ const options = {
   metafile: true,
   logLevel: "warning",
 };
+const options = {
+  ...shared,
+  entryPoints: pointsOf(ENTRIES),
+  format: "esm",
+  splitting: true, // what the page and the elements share is in one file
+  chunkNames: "chunk-[hash]",
+};
 
 await rm(DIST, { recursive: true, force: true });
 await mkdir(DIST, { recursive: true });
@@ -35,9 +44,15 @@ if (watching) {
   await (await context(options)).watch();
 } else {
   const { metafile } = await build(options);
-  await rm(path.join(DIST, "components.css"), { force: true }); // the elements take the page's own styles
+  await build({ ...shared, entryPoints: pointsOf(STATIC), format: "iife" });
+  // The elements take the page's own styles, and a book without a server those of one with it.
+  for (const name of ["components.css", "book_static.css"]) await rm(path.join(DIST, name), { force: true });
   await writeFile(path.join(DIST, "licences.json"), JSON.stringify(await licences(metafile)));
   await reportSizes();
+}
+
+function pointsOf(entries) {
+  return Object.entries(entries).map(([out, file]) => ({ in: file, out }));
 }
 
 /** The name, version, licence and licence text of every package of which a byte is in the bundles. */

@@ -216,7 +216,8 @@ def _fence(_: RendererHTML, tokens: Sequence[Token], index: int, _o: OptionsDict
         places = f' data-s="{starts[at]}"' if at in starts else ""
         body.append(f'<span class="line"{places}>{html}</span>')
         at += len(text) + 1
-    caption = f"<figcaption>{escape(title[1])}</figcaption>" if title else ""
+    is_named = title is not None and index > 1 and tokens[index - 2].content == f"`{title[1]}`:"
+    caption = f"<figcaption>{escape(title[1])}</figcaption>" if title and not is_named else ""
     kind = f' data-language="{escape(language)}"' if language else ""
     return (
         f'<figure class="code"{_extent(token, env)}>{caption}'

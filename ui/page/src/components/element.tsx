@@ -15,7 +15,7 @@ export interface Embedded {
   readonly settingsOf: (attributes: Attributes) => Settings;
 }
 
-const HOST = ":host { display: block; min-height: 320px; } .embedded { display: flex; flex-direction: column; height: 100%; min-height: inherit; container-type: inline-size; }";
+const HOST = ":host { display: block; min-height: 320px; } :host(busflow-parameter) { min-height: 0; } .embedded { display: flex; flex-direction: column; height: 100%; min-height: inherit; container-type: inline-size; }";
 const ORIGIN = new URL(".", import.meta.url).href;
 let styles: Promise<CSSStyleSheet> | undefined;
 

@@ -217,6 +217,37 @@ export interface Recorded {
   readonly messages?: number | null;
 }
 
+/** What answers questions about the text. */
+export interface AssistantState {
+  readonly running: boolean;
+  readonly pages?: number;
+  readonly engine?: string;
+  /** The host that questions are sent to; empty where nothing leaves the machine. */
+  readonly host?: string;
+  readonly model?: string;
+}
+
+/** A verbatim part of a page; the place counts characters of its Markdown, or of the selection where there is no page. */
+export interface Citation {
+  readonly page: string;
+  /** The book's page; empty where the book has none. */
+  readonly chapter?: string;
+  /** -1 where the text no longer stands there. */
+  readonly start: number;
+  readonly end: number;
+  readonly text: string;
+}
+
+export interface AssistantAnswer {
+  readonly answer: string;
+  readonly answered: boolean;
+  readonly scope: string;
+  readonly reason: string;
+  readonly citations: readonly Citation[];
+  readonly engine: string;
+  readonly ms: number;
+}
+
 /** What each question takes and is answered with. */
 export interface QuestionTable {
   graph: { arguments: Record<string, never>; answer: Graph };
@@ -234,6 +265,8 @@ export interface QuestionTable {
   seek: { arguments: { stamp_ns?: string; play?: boolean; rate?: number }; answer: { readonly stamp_ns: string } };
   run: { arguments: Record<string, never>; answer: Run };
   layout: { arguments: { save?: object }; answer: { readonly layout: unknown } };
+  assistant: { arguments: Record<string, never>; answer: AssistantState };
+  ask_assistant: { arguments: { question: string; selection: string; chapter: string }; answer: AssistantAnswer };
   time: { arguments: Record<string, never>; answer: RecordingTime };
 }
 

@@ -55,6 +55,7 @@ export type TextMessage =
     }
   | { readonly op: "parameterValues"; readonly parameters: readonly { readonly name: string }[] }
   | { readonly op: "busflow/answer"; readonly id: number; readonly answer?: unknown; readonly error?: string }
+  | { readonly op: "busflow/part"; readonly id: number; readonly part: unknown }
   | { readonly op: "busflow/update"; readonly question: string; readonly answer: unknown };
 
 export interface MessageData {

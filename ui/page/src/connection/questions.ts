@@ -11,6 +11,7 @@ interface Pending {
   readonly resolve: (answer: unknown) => void;
   readonly reject: (error: QuestionError) => void;
   readonly timer: ReturnType<typeof setTimeout>;
+  readonly onPart: ((part: unknown) => void) | undefined;
 }
 
 /** Takes an answer, and whether it is the first since the question was begun: that one has everything. */
@@ -29,11 +30,12 @@ export class Questions {
     this.#send = send;
   }
 
-  /** Asks the run; rejects with QuestionError where it refuses, is not connected, or does not answer in time. */
+  /** Asks the run; parts of an answer that has some come before it. Rejects with QuestionError where it refuses, is not connected, or does not answer in time. */
   ask<Q extends Question>(
     question: Q,
     args: QuestionTable[Q]["arguments"],
     limitMs = LIMIT_MS,
+    onPart?: (part: unknown) => void,
   ): Promise<QuestionTable[Q]["answer"]> {
     if (!this.#isOpen) return Promise.reject(new QuestionError("There is no connection to the run."));
     const id = (this.#ids += 1);
@@ -42,7 +44,7 @@ export class Questions {
         this.#pending.delete(id);
         reject(new QuestionError(`No answer within ${limitMs / 1000} s.`));
       }, limitMs);
-      this.#pending.set(id, { resolve: resolve as (answer: unknown) => void, reject, timer });
+      this.#pending.set(id, { resolve: resolve as (answer: unknown) => void, reject, timer, onPart });
       this.#send({ op: "busflow/ask", id, question, arguments: args });
     });
   }
@@ -91,6 +93,8 @@ export class Questions {
     if (message.op === "busflow/update") {
       const isFirst = this.#begun.delete(message.question);
       for (const listener of this.#followers.get(message.question) ?? []) listener(message.answer, isFirst);
+    } else if (message.op === "busflow/part") {
+      this.#pending.get(message.id)?.onPart?.(message.part);
     } else if (message.op === "busflow/answer") {
       const found = this.#pending.get(message.id);
       if (found === undefined) return;

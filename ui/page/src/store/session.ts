@@ -5,7 +5,7 @@ import type { ServerInfo, ServerMessage, StatusLevel } from "../connection/proto
 import { Questions } from "../connection/questions";
 import { Services } from "../connection/services";
 import { Topics } from "../connection/topics";
-import type { Finding, Graph, LogLine, RecordingTime, Run } from "../connection/answers";
+import type { AssistantState, Finding, Graph, LogLine, RecordingTime, Run } from "../connection/answers";
 import { followed } from "./followed";
 import { Rates, type RateTable } from "./rates";
 
@@ -53,6 +53,8 @@ export class Session {
   readonly run: ReadonlySignal<Run | null>;
   /** Where a recording stands; null of a run. */
   readonly time: ReadonlySignal<RecordingTime | null>;
+  /** What answers questions about the text; null until that is known. */
+  readonly assistant: ReadonlySignal<AssistantState | null>;
   /** How often parameters of each node were set while somebody reads this; by the node's name. */
   readonly parameterChanges: ReadonlySignal<ReadonlyMap<string, number>>;
   readonly #parameterChanges;
@@ -85,6 +87,7 @@ export class Session {
     });
     this.findings = followed(this.questions, "health", null as readonly Finding[] | null, (_, answer) => answer.findings);
     this.run = followed(this.questions, "run", null as Run | null, (_, run) => run);
+    this.assistant = followed(this.questions, "assistant", null as AssistantState | null, (_, state) => state);
     this.time = followed(this.questions, "time", null as RecordingTime | null, (_, time) => time);
   }
 
