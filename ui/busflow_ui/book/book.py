@@ -23,7 +23,7 @@ _MOST_SECTION = 4000
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ListedChapter:
     """Chapter in the list of chapters."""
 
     name: str
@@ -95,13 +95,13 @@ class Book:
         first = next(filter(_is_opening, self.files.pages), None)
         return self._title(first) if first else self._places[0].resolve().name
 
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[ListedChapter]:
         """Return the chapters in their order: README.md or index.md states it by its links, then come the others."""
         names = list(self.files.pages)
         openings = sorted(filter(_is_opening, names), key=lambda name: name.count("/"))
         ordered = dict.fromkeys(each for opening in openings for each in (opening, *self._linked(opening)))
         ordered |= dict.fromkeys(names)
-        return [Entry(name, address_of(name), self._title(name)) for name in ordered]
+        return [ListedChapter(name, address_of(name), self._title(name)) for name in ordered]
 
     def names(self) -> list[str]:
         """Return the names of the chapters' files."""
@@ -126,7 +126,7 @@ class Book:
         sections = [section for entry in self.entries() for section in self._sections(entry)]
         return f"globalThis.busflowBook = {json.dumps(sections, ensure_ascii=True)};\n"
 
-    def _sections(self, entry: Entry) -> Iterator[dict[str, str]]:
+    def _sections(self, entry: ListedChapter) -> Iterator[dict[str, str]]:
         parts = _SECTION.split(self.chapter(entry.name).html)
         anchors = [("", entry.title), *zip(parts[1::3], parts[2::3], strict=True)]
         for (anchor, heading), body in zip(anchors, parts[::3], strict=True):

@@ -8,7 +8,7 @@ from html import escape
 from posixpath import relpath
 from urllib.parse import quote
 
-from busflow_ui.book.book import Book, Entry
+from busflow_ui.book.book import Book, ListedChapter
 from busflow_ui.book.rendering import Heading
 
 _CONTENTS = range(2, 4)
@@ -16,7 +16,7 @@ _CONTENTS = range(2, 4)
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class PageFrame:
     """Where the pages of a book stand among the files that they need."""
 
     assets: str
@@ -27,11 +27,11 @@ class Frame:
     """Whether a server is behind it."""
 
 
-SERVED = Frame("../", '<script type="module" src="{assets}book.js"></script>', is_live=True)
-STATIC = Frame("_book/", '<script src="{assets}book_static.js" defer></script>', is_live=False)
+SERVED = PageFrame("../", '<script type="module" src="{assets}book.js"></script>', is_live=True)
+STATIC = PageFrame("_book/", '<script src="{assets}book_static.js" defer></script>', is_live=False)
 
 
-def chapter_page(book: Book, entry: Entry, frame: Frame) -> str:
+def chapter_page(book: Book, entry: ListedChapter, frame: PageFrame) -> str:
     """Return the page of a chapter."""
     entries = book.entries()
     chapter = book.chapter(entry.name)
@@ -72,7 +72,7 @@ def chapter_page(book: Book, entry: Entry, frame: Frame) -> str:
 """
 
 
-def _chapters(entries: Sequence[Entry], now: Entry) -> Iterator[str]:
+def _chapters(entries: Sequence[ListedChapter], now: ListedChapter) -> Iterator[str]:
     for each in entries:
         current = ' aria-current="page"' if each == now else ""
         yield f'<li><a href="{_address(each, now)}"{current}>{escape(each.title)}</a></li>\n'
@@ -89,7 +89,7 @@ def _contents(headings: Sequence[Heading]) -> str:
     return f'<nav aria-label="On this page"><h2>On this page</h2><ol>\n{"".join(lines)}</ol></nav>'
 
 
-def _turn(entries: Sequence[Entry], now: Entry) -> str:
+def _turn(entries: Sequence[ListedChapter], now: ListedChapter) -> str:
     at = entries.index(now)
     links: list[str] = []
     if at:
@@ -99,5 +99,5 @@ def _turn(entries: Sequence[Entry], now: Entry) -> str:
     return f'<nav class="book-turn" aria-label="Previous and next chapter">{"".join(links)}</nav>' if links else ""
 
 
-def _address(entry: Entry, now: Entry) -> str:
+def _address(entry: ListedChapter, now: ListedChapter) -> str:
     return quote(relpath(entry.address, now.address.rpartition("/")[0] or "."))

@@ -19,7 +19,7 @@ from markdown_it import MarkdownIt
 from busflow_ui.book import live_parts
 from busflow_ui.book.highlighting import highlighted
 from busflow_ui.book.inline_places import AT, PlacedInline
-from busflow_ui.book.source_lines import Run, SourceLines, place
+from busflow_ui.book.source_lines import SourceLines, SourceRun, place
 
 if TYPE_CHECKING:
     from markdown_it.renderer import RendererHTML
@@ -133,7 +133,7 @@ def _place(tokens: Sequence[Token], lines: SourceLines) -> None:
             _place_piece(child, token.content, runs, lines.source)
 
 
-def _place_piece(piece: Token, content: str, runs: Sequence[Run], source: str) -> None:
+def _place_piece(piece: Token, content: str, runs: Sequence[SourceRun], source: str) -> None:
     """Note where a piece of text begins and ends in the source, if that is known."""
     at = piece.meta.get(AT)
     written = piece.markup if piece.type == "text_special" else piece.content

@@ -17,7 +17,7 @@ _SCRIPT = "text/javascript; charset=utf-8"
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class BookAnswer:
     """Content of a path, or the path where it is."""
 
     kind: str
@@ -31,17 +31,17 @@ class BookSite:
     def __init__(self, book: Book) -> None:
         self.book = book
 
-    def answer(self, path: str) -> Answer | None:
+    def answer(self, path: str) -> BookAnswer | None:
         """Return the content of a path in the book, such as `lab1.html`; None where the book has none."""
         name = unquote(path)
         with suppress(InvalidInput):  # the folder is being written: the pages known so far stay
             self.book.look()
         if not name:
-            return Answer(_HTML, b"", moved=quote(self.book.entries()[0].address))
+            return BookAnswer(_HTML, b"", moved=quote(self.book.entries()[0].address))
         if name == "search.js":
-            return Answer(_SCRIPT, self.book.search_script().encode())
+            return BookAnswer(_SCRIPT, self.book.search_script().encode())
         if name in self.book.files.images:
             body = read(self.book.files.images[name])
-            return None if body is None else Answer(IMAGES[PurePosixPath(name).suffix.lower()], body)
+            return None if body is None else BookAnswer(IMAGES[PurePosixPath(name).suffix.lower()], body)
         entry = next((each for each in self.book.entries() if each.address == name), None)
-        return None if entry is None else Answer(_HTML, chapter_page(self.book, entry, SERVED).encode())
+        return None if entry is None else BookAnswer(_HTML, chapter_page(self.book, entry, SERVED).encode())

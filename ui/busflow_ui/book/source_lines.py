@@ -13,7 +13,7 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class SourceRun:
     """Characters of a block's content that stand in a row in the source."""
 
     at: int
@@ -41,19 +41,19 @@ class SourceLines:
         last = min(last, len(self._starts))
         return self._starts[first], self._starts[last - 1] + len(self._texts[last - 1]) if last else 0
 
-    def ending(self, content: str, first: int) -> list[Run]:
+    def ending(self, content: str, first: int) -> list[SourceRun]:
         """Return where content stands whose lines end lines of the source: before them are only marks and spaces."""
-        found: list[Run] = []
+        found: list[SourceRun] = []
         at = 0
         for number, line in enumerate(content.split("\n"), first):
             if number < len(self._texts):
                 text, wanted = self._texts[number].rstrip(), line.rstrip()
                 if wanted and text.endswith(wanted):
-                    found.append(Run(at, self._starts[number] + len(text) - len(wanted), len(line)))
+                    found.append(SourceRun(at, self._starts[number] + len(text) - len(wanted), len(line)))
             at += len(line) + 1
         return found
 
-    def inside(self, content: str, line: int, cursor: int = 0, *, is_last: bool = False) -> tuple[list[Run], int]:
+    def inside(self, content: str, line: int, cursor: int = 0, *, is_last: bool = False) -> tuple[list[SourceRun], int]:
         r"""Return where content stands within one line from a column on, and the column behind it.
 
         A table writes `\|` for a bar. `is_last` asks for the last place: a heading's marks may hold its text.
@@ -68,15 +68,15 @@ class SourceLines:
             return [], cursor
         start = self._starts[line] + column
         parts = content.split("|") if written != content else [content]
-        found: list[Run] = []
+        found: list[SourceRun] = []
         at = 0
         for bars, part in enumerate(parts):
             length = len(part) + (bars > 0)
-            found.append(Run(at, start + at + bars, length))
+            found.append(SourceRun(at, start + at + bars, length))
             at += length
         return found, column + len(written)
 
 
-def place(runs: Sequence[Run], at: int) -> int | None:
+def place(runs: Sequence[SourceRun], at: int) -> int | None:
     """Return where a character of the content stands in the source; None where that is not known."""
     return next((run.start + at - run.at for run in runs if run.at <= at < run.at + run.length), None)

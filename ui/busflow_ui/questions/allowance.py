@@ -13,11 +13,11 @@ class Allowance:
     """Number of questions within each minute.
 
     >>> allowance = Allowance(2)
-    >>> [allowance.take(now_s) for now_s in (0.0, 1.0, 61.0)]
+    >>> [allowance.take(now_s) for now_s in (0.0, 30.0, 60.0)]
     [None, None, None]
-    >>> allowance.take(61.5)
+    >>> allowance.take(61.0)
     Traceback (most recent call last):
-    busflow.errors.NotAllowed: 2 questions a minute may be asked from here; ask again in 60 s
+    busflow.errors.NotAllowed: 2 questions a minute may be asked from here; ask again in 29 s
     """
 
     def __init__(self, most: int) -> None:

@@ -28,7 +28,8 @@ class Page:
 
     def __init__(self, url: str, stack: ExitStack, *, token: str, **options: Any) -> None:
         options = {"subprotocols": ["foxglove.sdk.v1"], "max_size": None, "close_timeout": 0.5, **options}
-        self.socket = stack.enter_context(connect(f"{url.replace('http', 'ws', 1)}/ws", compression=None, **options))
+        address = f"{url.removesuffix('/book').replace('http', 'ws', 1)}/ws"
+        self.socket = stack.enter_context(connect(address, compression=None, **options))
         self.send("busflow/hello", token=token)
         self.channels: dict[str, int] = {}
         self.info: dict[str, Any] = {}
@@ -60,13 +61,13 @@ class Page:
                 return found
         raise AssertionError("it never came")
 
-    def ask(self, question: str, **arguments: Any) -> dict[str, Any]:
+    def ask(self, question: str, /, **arguments: Any) -> dict[str, Any]:
         """Ask, and return the whole answer."""
         self._asked += 1
         self.send("busflow/ask", id=self._asked, question=question, arguments=arguments)
         return self.until(lambda found: found["op"] == "busflow/answer" and found["id"] == self._asked)
 
-    def answer(self, question: str, **arguments: Any) -> Any:
+    def answer(self, question: str, /, **arguments: Any) -> Any:
         """Ask, and return what the answer holds."""
         found = self.ask(question, **arguments)
         assert "answer" in found, found
@@ -104,7 +105,7 @@ class Shown:
         )
         assert self.process.stdout
         self.greeting = self.process.stdout.readline()
-        found = re.search(r"(https?://\S+?)/#token=(\S+)", self.greeting)
+        found = re.search(r"(https?://\S+?)/#token=(\S+)", self.greeting)  # of a book, with its folder
         if found is None:
             raise AssertionError(self.process.communicate())
         self.url, self.token = found[1], found[2]

@@ -1,7 +1,8 @@
 """What pages send and are answered, without a run.
 
-Of `arguments.py`, `followed.py`, `frames.py`, `graph_answer.py` and `session.py`. What needs a run (`run_questions.py`,
-`steering.py`, `heartbeat.py`, `last_errors.py`, `page_recorder.py`) is asked in `page_server/test_page_server.py`.
+Of `allowance.py`, `arguments.py`, `cited_pages.py`, `followed.py`, `frames.py`, `graph_answer.py` and `session.py`.
+What needs a run (`run_questions.py`, `steering.py`, `heartbeat.py`, `last_errors.py`, `page_recorder.py`) is asked
+in `page_server/test_page_server.py`, and `assistant_questions.py` in `page_server/test_asking.py`.
 """
 
 import asyncio
@@ -15,15 +16,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.errors import InspectionUnavailable, MalformedMessage, NoSuchTarget
+from busflow.errors import InspectionUnavailable, MalformedMessage, NoSuchTarget, NotAllowed
 from busflow.wire.client.graph_view import view
 from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow_ui.questions import arguments, frames
+from busflow_ui.questions.allowance import Allowance
+from busflow_ui.questions.cited_pages import CitedPages
 from busflow_ui.questions.followed import Changed, NewLines
 from busflow_ui.questions.graph_answer import Moment, graph_answer
 from busflow_ui.questions.heartbeat import Heartbeat
 from busflow_ui.questions.run_questions import RunQuestions
-from busflow_ui.questions.session import Question, Session
+from busflow_ui.questions.session import AskingOnly, Question, Session
 
 PATIENCE_S = 60.0
 
@@ -343,3 +346,58 @@ def test_a_failed_answer_holds_up_no_later(capsys: pytest.CaptureFixture[str]):
     assert found["question"] == "graph"
     assert found["answer"]["nodes"] == []
     assert "please report it" in capsys.readouterr().out
+
+
+# The assistant.
+
+
+def test_an_allowance_comes_back_with_time():
+    allowance = Allowance(3)
+    for now_s in (0, 1, 2):
+        allowance.take(now_s)
+    for now_s in (2, 59.9):
+        with pytest.raises(NotAllowed, match="3 questions a minute"):
+            allowance.take(now_s)
+    allowance.take(60)
+    with pytest.raises(NotAllowed, match="ask again in 1 s"):
+        allowance.take(60)
+
+
+class Pages(dict[str, str]):
+    """A book of sources by name."""
+
+    def names(self) -> list[str]:
+        return list(self)
+
+    def source(self, name: str) -> str:
+        return self[name]
+
+
+def cited(page: str, start: int, text: str) -> dict[str, Any]:
+    return {"page": page, "start": start, "end": start + len(text), "text": text, "score": 1.0}
+
+
+def test_the_same_text_is_the_same_page():
+    pages = CitedPages(Pages({"lab1.md": "A b.", "new.md": "C"}), {"tutorial/lab1.md": "A b.", "lab1.md": "other"})
+    assert pages.page_of("lab1.md") == "tutorial/lab1.md"
+    assert pages.page_of("new.md") == ""
+    assert pages.page_of("strange.md") == ""
+    placed = pages.placed(cited("tutorial/lab1.md", 2, "b."))
+    assert (placed["chapter"], placed["start"], placed["end"]) == ("lab1.md", 2, 4)
+
+
+def test_a_citation_has_its_text_or_no_place():
+    pages = CitedPages(Pages({"a.md": "New. A b."}), {"a.md": "A b. Gone.", "b.md": "x"})
+    assert pages.page_of("a.md") == "a.md"
+    assert pages.placed(cited("a.md", 2, "b."))["start"] == 7
+    gone = pages.placed(cited("a.md", 5, "Gone."))
+    assert (gone["chapter"], gone["start"], gone["end"]) == ("a.md", -1, -1)
+    assert pages.placed(cited("b.md", 0, "x"))["chapter"] == ""
+    assert pages.placed(cited("", 3, "of the selection"))["start"] == 3
+
+
+@pytest.mark.parametrize("message", ['{"op":"subscribe","subscriptions":[]}', b"\x01\x00\x00\x00\x00"])
+def test_asking_pages_may_not_look(message: str | bytes):
+    session = Session({}, lambda _: None, read_only=True, print_message=lambda _: None)
+    with pytest.raises(NotAllowed, match="may only ask"):
+        AskingOnly(session).take(message)
