@@ -1,6 +1,7 @@
 /** What every page of a book has, with a server or without: the theme, the search, the button that copies code. */
 import { effect } from "@preact/signals";
 import { applyTheme, nextTheme, theme } from "../shell/theme";
+import { copiedText } from "./copying";
 import { addSearch } from "./search_box";
 
 /** The first folder of the book, whatever page is open. */
@@ -73,11 +74,4 @@ function copyButton(figure: HTMLElement): HTMLElement {
     );
   });
   return button;
-}
-
-/** Returns what is worth copying: of a console its commands. */
-export function copiedText(code: string, language: string | undefined): string {
-  if (language !== "console") return code;
-  const commands = code.split("\n").filter((each) => each.startsWith("$ "));
-  return commands.length === 0 ? code : `${commands.map((each) => each.slice(2)).join("\n")}\n`;
 }
