@@ -24,7 +24,7 @@ class FunctionSource:
 
     def __init__(self) -> None:
         self._lines: list[str] = []
-        self._given: dict[str, Any] = {"__builtins__": {}}
+        self._given: dict[str, Any] = {"__builtins__": {}, "__name__": __name__}
         self._names: dict[int, str] = {}
         self._count = 0
         self._depth = 1

@@ -48,6 +48,9 @@ class Outside:
 
     def _publisher(self, message_type: type[M], topic: str) -> Publisher[M]:
         topic = checked_name(topic, "graph.publish(topic, message)", "topic")
+        if not issubclass(message_type, Message):  # type: ignore[redundant-expr]  # users without a type checker
+            given = message_type.__name__
+            raise IncompatibleType(f"publish({topic!r}, …) takes a message, such as Float64(data=1.0), not a {given}")
         if topic not in self._publishers:
             self._refuse_misspelt(message_type, topic)
             self._publishers[topic] = self.advertise(message_type, topic)

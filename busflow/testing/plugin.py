@@ -9,6 +9,9 @@ from __future__ import annotations
 import inspect
 import os
 from collections.abc import Callable, Generator
+from pathlib import Path
+from traceback import walk_tb
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -84,15 +87,37 @@ class _Caller:
 
 
 class _Explainer:
-    """Adds a hint to pytest's failure of an async test that no plugin runs."""
+    """Adds a hint to pytest's failure of an async test that no plugin runs; leaves busflow's frames out of others."""
 
     @pytest.hookimpl(hookwrapper=True, tryfirst=True)
-    def pytest_pyfunc_call(self) -> Generator[None, Any]:
-        """Add to the failure how busflow runs an async test."""
+    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> Generator[None, Any]:
+        """Add to the failure how busflow runs an async test; a test of busflow itself shows all frames."""
         outcome = yield
         error = outcome.excinfo[1] if outcome.excinfo else None
+        if not (pyfuncitem.config.rootpath / "busflow" / "testing" / Path(__file__).name).exists():
+            _hide_frames(error)
         if isinstance(error, pytest.fail.Exception) and str(error.msg).startswith("async def functions are not"):
             error.msg = f"{_HOW}\n{error.msg}"
+
+
+def _hide_frames(error: BaseException | None) -> None:
+    """Let pytest leave out the frames of busflow and pydantic; `--full-trace` shows them.
+
+    They stay where one of busflow's own lines raised what is no error of busflow's.
+    """
+    from busflow.errors import BusflowError
+
+    while error is not None:
+        frames = [(frame, _package(frame)) for frame, _ in walk_tb(error.__traceback__)]
+        if isinstance(error, BusflowError) or (frames and frames[-1][1] != "busflow"):
+            for frame, package in frames:
+                if package in {"busflow", "pydantic"}:
+                    frame.f_locals["__tracebackhide__"] = True
+        error = error.__cause__ or error.__context__
+
+
+def _package(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__", "")).partition(".")[0]
 
 
 def _async_test(test: Any) -> Any:

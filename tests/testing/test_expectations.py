@@ -206,7 +206,12 @@ MISTAKES = {
         "known: w, x, y, z",
     ),
     "topics:\n  /imu:\n    rate_hz: [2, 1]": (12, "the lower limit comes first", ""),
-    "topics:\n  /imu:\n    rate_hz: [1]": (12, "rate_hz", ""),
+    "topics:\n  /imu:\n    rate_hz: [1]": (
+        12,
+        "has 1",
+        "the highest value, such as rate_hz: [9.5, 10.5]",
+    ),
+    "topics:\n  /imu:\n    rate_hz: 1": (12, "must be a list", "the lowest and the highest value, such as rate_hz: ["),
     "topics:\n  /imu:\n    rate: [1, 2]": (12, "unknown key", "did you mean 'rate_hz'?"),
     "max_droped: 1": (10, "unknown key expect.max_droped", "did you mean 'max_dropped'?"),
     "max_dropped: -1": (10, "max_dropped", ""),

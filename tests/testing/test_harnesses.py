@@ -700,6 +700,8 @@ async def test_swapped_topic_and_type_are_explained():
         for publish in (lab.publish, lab.graph.publish):
             with pytest.raises(InvalidDeclaration, match=r"publish\(topic, message\) needs the topic's name"):
                 publish(Int64(data=1), "numbers")
+            with pytest.raises(IncompatibleType, match=r"publish\('numbers', …\) takes a message, such .* not a float"):
+                publish("numbers", 1.0)
         with pytest.raises(InvalidDeclaration, match="needs the topic's name, a text, not"):
             lab.received(Int64, "numbers")
         with pytest.raises(InvalidDeclaration, match=r"graph.subscribe\(Type, topic\) needs a message type"):

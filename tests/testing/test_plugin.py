@@ -1,5 +1,6 @@
 """The pytest plugin: marked tests run on virtual time, beside the async plugins that people have."""
 
+import re
 import subprocess
 import sys
 from importlib.metadata import entry_points
@@ -191,6 +192,39 @@ def test_unhandled_async_test_gets_the_busflow_hint(tmp_path):
     assert output.count("fixture harness") == 1, "of the other failure nothing is said"
     assert "2 failed" in output, output
     assert code == 1
+
+
+FAILING = """
+from busflow import Node, service
+from busflow.msgs.std_srvs import Trigger
+from busflow.testing import harness, virtual_time
+
+
+class Wheels(Node):
+    @service(Trigger, "park")
+    def on_park(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=request.gear == 1)
+
+
+@virtual_time
+async def test_parks():
+    async with harness(Wheels) as lab:
+        await lab.call(Trigger, "park")
+
+
+def test_of_a_message():
+    Trigger.Response(success="yes")
+"""
+
+
+def test_failure_shows_the_lines_of_the_user(tmp_path):
+    _, output = run(tmp_path, FAILING)
+    assert "request.gear == 1" in output
+    assert 'await lab.call(Trigger, "park")' in output
+    assert 'Response(success="yes")' in output
+    assert not re.search(r"^\S*(busflow|pydantic)/.*\.py:\d", output, re.MULTILINE), output
+    assert "<string>" not in output
+    assert "busflow/bus/services" in run(tmp_path, FAILING, "--full-trace")[1]
 
 
 @pytest.mark.long

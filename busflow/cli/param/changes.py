@@ -15,12 +15,13 @@ from busflow.cli.options.run import complete_nodes, joined, joins, until_run_end
 from busflow.cli.param import complete_parameters, full_name, parameters_of
 from busflow.cli.terminal.output import print_answer, print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
-from busflow.errors import ExitCode, NoSuchTarget
+from busflow.errors import ExitCode, NoSuchTarget, Problem
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.drift import Drift
     from busflow.launchfile.yaml.file_edit import LaunchFileEdit
+    from busflow.launchfile.yaml.value import Value
     from busflow.wire.client.client import Peer
 
 _POLL_S = 0.2
@@ -100,15 +101,15 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
 
     FILE has the form that `busflow param dump` and `ros2 param dump` write, or holds the parameters alone.
     """
-    from busflow.launchfile.load.parameter_file import of_node
+    from busflow.launchfile.load.parameter_file import nested, of_node
     from busflow.launchfile.yaml.document import read_file
 
     whole = read_file(file, str(file))
     if not isinstance(whole.content, dict):
         raise click.BadParameter(f"{printable(file)} holds no parameters: a mapping is needed", param_hint="FILE")
-    stated = of_node(whole, full_name(node), whole.origin)
+    stated = nested(of_node(whole, full_name(node), whole.origin))
     with joined(run) as peer:
-        return _set(peer, node, cast("dict[str, Any]", stated.data), as_json=as_json)
+        return _set(peer, node, cast("dict[str, Any]", stated.data), as_json=as_json, stated=stated)
 
 
 @click.command(epilog=_examples("diff"))
@@ -205,8 +206,8 @@ def saved_parameters(peer: Peer, nodes: Sequence[str]) -> LaunchFileEdit:
 # Setting.
 
 
-def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool) -> int:
-    """Set parameters, and print the result."""
+def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool, stated: Value | None = None) -> int:
+    """Set parameters, and print the result; the faults of those that a file has stated with their lines."""
     parameters_of(peer, node)  # raises for an unknown node
     results = peer.ask("set_parameters", node=full_name(node), values=values)
     changed, faults = results[0]["changed"], results[0]["faults"]
@@ -215,7 +216,9 @@ def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool) 
     elif faults:
         print_message("Setting parameter failed: nothing was set")
         for fault in faults:
-            print_message(f"error: {fault['message']}" + (f"\n  fix: {fault['fix']}" if fault["fix"] else ""))
+            at = None if stated is None else stated.nearest(tuple(fault["path"]))
+            place = None if at is None else at.key if fault["code"] == "unknown" else at.origin.place
+            print_message(Problem(fault["code"], fault["message"], fault["fix"], place).render())
     else:
         click.echo("Set parameter successful" if len(values) == 1 else "Set parameters successful")
         for change in changed:

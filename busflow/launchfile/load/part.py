@@ -102,7 +102,7 @@ def _inner(include: Included, file: LaunchFile, problems: Problems) -> LaunchFil
 def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Scope, files: Files) -> Value:
     """Return a file or group with the content of each node's `parameters_from` merged under its `parameters`.
 
-    Dotted names among these become groups.
+    Dotted names among these, and in its `defaults`, become groups.
 
     Args:
         graph: The file or group.
@@ -111,6 +111,8 @@ def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Sco
         scope: The meaning of their expressions.
         files: Reads them.
     """
+    if (shared := graph.find(("defaults", "parameters"))) is not None:
+        graph = graph.with_member(("defaults", "parameters"), _nested(shared, files.problems))
     for key, node in graph.section("nodes").items():
         if "parameters_from" in node.members or any("." in name for name in node.section("parameters")):
             name = full_key(key, node, namespace)

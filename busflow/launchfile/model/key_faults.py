@@ -11,7 +11,7 @@ from typing import cast, get_origin
 from pydantic import ValidationError
 
 from busflow.errors import Fault, KeyPath, LaunchError
-from busflow.launchfile.model.keys import LaunchKeys, NodeKeys, Section
+from busflow.launchfile.model.keys import ORDERED, LaunchKeys, NodeKeys, Section
 from busflow.launchfile.model.problems import Problems
 from busflow.launchfile.model.problems import problems as located
 from busflow.launchfile.yaml.scalar import flow
@@ -93,6 +93,8 @@ def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | 
     key = str(fault.path[-1])
     if fault.code == "unknown" and owner is NodeKeys and (fault.fix or "").startswith("known"):
         return f"{fault.fix}; a parameter of the node stands below parameters:"
+    if fault.code in {"type", "length"} and ORDERED in at(LaunchKeys, fault.path)[1]:
+        return f"write the lowest and the highest value, such as {key}: [9.5, 10.5]"
     if fault.code != "type" or fault.fix is not None:
         return fault.fix
     wanted, _ = split(at(LaunchKeys, fault.path)[0])

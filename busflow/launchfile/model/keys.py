@@ -243,7 +243,9 @@ def _ordered(limits: list[float]) -> list[float]:
     return limits
 
 
-Limits = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+ORDERED = AfterValidator(_ordered)
+"""The mark of limits among a key's metadata."""
+Limits = Annotated[list[float], Field(min_length=2, max_length=2), ORDERED]
 """The lowest and the highest value allowed: `[9.5, 10.5]`; `-.inf` and `.inf` leave a side open."""
 
 

@@ -160,6 +160,11 @@ def test_dumped_parameters_can_be_loaded(launch_file: Path, capsys: Captured):
     dump.write_text(both)
     assert main(["param", "load", "sensor", str(dump)]) == 0
     assert (got(capsys, "rate_hz"), got(capsys, "noise.imu")) == (40.0, 4.0)
+    dump.write_text("noise.imu: 99\nrate_h: 1\n")
+    assert main(["param", "load", "sensor", str(dump)]) == 1
+    refusal = capsys.readouterr().err
+    assert "dump.yaml:1:12: error: noise.imu must be at most 10, got 99\n" in refusal
+    assert "dump.yaml:2:1: error: unknown parameter rate_h\n" in refusal
     dump.write_text("/left/**: {ros__parameters: {rate_hz: 50}}\n")
     assert main(["param", "load", "sensor", str(dump)]) == 2
     assert "dump.yaml has no parameters for /sensor\n" in capsys.readouterr().err

@@ -40,6 +40,9 @@ def test_dotted_parameters_are_groups(folder):
     value = found.parameters.find(("noise", "imu"))
     assert value is not None
     assert str(value.origin) == "lab1.yaml:5:29"
+    shared = "defaults: {parameters: {noise.imu: 4}}\n"
+    found = node(folder, shared + TALKER + "    parameters: {noise.joints: 5}\n")
+    assert found.parameters.data == {"noise": {"imu": 4, "joints": 5}}
     deep = ".".join(["a"] * 100)
     folder.write(TALKER + f"    parameters: {{{deep}: 1, b: 2}}\n")
     found, problems = examine("lab1.yaml", environment={})
