@@ -169,7 +169,8 @@ export interface ParametersSet {
   readonly faults: readonly Fault[];
 }
 
-export interface ParametersSaved {
+/** Edit of the launch file, made or only shown. */
+export interface FileEdit {
   readonly file: string;
   /** Unified diff. */
   readonly edit: string;
@@ -258,13 +259,15 @@ export interface QuestionTable {
     arguments: { node: string; values: Readonly<Record<string, ParameterValue>> };
     answer: ParametersSet;
   };
-  save_parameters: { arguments: { nodes?: readonly string[]; dry_run: boolean }; answer: ParametersSaved };
+  save_parameters: { arguments: { nodes?: readonly string[]; dry_run: boolean }; answer: FileEdit };
   order: { arguments: { node: string; order: "start" | "stop" | "restart" }; answer: { readonly state: string } };
   log_level: { arguments: { node: string; level: string }; answer: Record<string, never> };
   record: { arguments: { on?: boolean }; answer: Recorded };
   seek: { arguments: { stamp_ns?: string; play?: boolean; rate?: number }; answer: { readonly stamp_ns: string } };
   run: { arguments: Record<string, never>; answer: Run };
-  layout: { arguments: { save?: object }; answer: { readonly layout: unknown } };
+  /** What the launch file holds under `x-ui:`; null where it holds nothing. */
+  layout: { arguments: Record<string, never>; answer: { readonly layout: unknown } };
+  save_layout: { arguments: { layout: object; dry_run: boolean }; answer: FileEdit };
   assistant: { arguments: Record<string, never>; answer: AssistantState };
   ask_assistant: { arguments: { question: string; selection: string; chapter: string }; answer: AssistantAnswer };
   time: { arguments: Record<string, never>; answer: RecordingTime };

@@ -6,7 +6,7 @@ import type { Session } from "../store/session";
 import { About } from "./about";
 import { Banners } from "./banners";
 import { Icon } from "../controls/icons";
-import { fragmentOf, readFragment, withPlot, type Layout } from "./layout";
+import { fragmentOf, readFragment, readLayout, withPlot, type Layout } from "./layout";
 import { PLOT_EVENT, type PlotRequest } from "../plots/dragging";
 import { TimeBar } from "../panels/time/time_bar";
 import { TopBar } from "./top_bar";
@@ -18,6 +18,7 @@ export function Shell({ session }: { readonly session: Session }) {
   const layout = useSignal(readFragment(location.hash, KINDS));
   const isAboutOpen = useSignal(false);
   useLayoutInAddress(layout);
+  useLayoutOfFile(session, layout);
   usePlotting(layout);
   return (
     <div class="shell">
@@ -62,6 +63,27 @@ function useLayoutInAddress(layout: Signal<Layout>): void {
     addEventListener("hashchange", read);
     return () => removeEventListener("hashchange", read);
   }, [layout]);
+}
+
+/** Begins with the layout of the launch file, where the address holds none and nothing was touched yet. */
+function useLayoutOfFile(session: Session, layout: Signal<Layout>): void {
+  useEffect(() => {
+    const untouched = layout.peek();
+    if (location.hash.includes("layout=")) return undefined;
+    let isAsked = false;
+    return session.isOpen.subscribe((isOpen) => {
+      if (!isOpen || isAsked || session.source.peek() !== "run") return;
+      isAsked = true;
+      queueMicrotask(() => {
+        void session.questions.ask("layout", {}).then(
+          (answer) => {
+            if (answer.layout !== null && layout.peek() === untouched) layout.value = readLayout(answer.layout, KINDS);
+          },
+          () => undefined, // the launch file is gone or on another machine: the page begins as without one
+        );
+      });
+    });
+  }, [session, layout]);
 }
 
 /** Plots a number that the person chooses in a message. */

@@ -6,6 +6,7 @@ import { PANELS } from "../panels/registry";
 import type { Session } from "../store/session";
 import { durationText } from "../store/text";
 import { Icon } from "../controls/icons";
+import { SaveEdit } from "../controls/save_edit";
 import { addPanel, type Layout } from "./layout";
 import { runState } from "./run_state";
 import { nextTheme, theme } from "./theme";
@@ -34,6 +35,12 @@ export function TopBar({ session, layout, onAbout }: TopBarProps) {
       <Missed session={session} />
       <span class="grow" />
       <AddPanel layout={layout} />
+      {session.source.value === "run" && session.maySteer.value && session.answersQuestions.value && (
+        <SaveEdit
+          label="Save layout…"
+          ask={(isDryRun) => session.questions.ask("save_layout", { layout: layout.value, dry_run: isDryRun })}
+        />
+      )}
       <button
         type="button"
         class="button plain icon"

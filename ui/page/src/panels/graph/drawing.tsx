@@ -4,12 +4,12 @@ import { useEffect, useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import { Icon } from "../../controls/icons";
 import { EdgeLabel, EdgeShape, Markers } from "./edge";
 import { useGestures } from "./gestures";
-import { bestLayout, structureOf, type Layout, type Route } from "./layout";
+import { bestLayout, structureOf, type Box, type Layout, type Route } from "./layout";
 import { measureText } from "./measure";
 import type { Edge, GraphModel, Vertex } from "./model";
 import { nearest, type Direction } from "./neighbours";
 import { VertexShape } from "./vertex";
-import { fit, pan, reveal, zoom, type Size, type Viewport } from "./viewport";
+import { fit, pan, READABLE, readable, reveal, zoom, type Size, type Viewport } from "./viewport";
 
 interface DrawingProps {
   readonly model: GraphModel;
@@ -17,6 +17,8 @@ interface DrawingProps {
   /** Whether a vertex matches the search; all do without one. */
   readonly matches: (vertex: Vertex) => boolean;
   readonly onSelect: (id: string | null) => void;
+  /** Folds a group that is drawn with its members. */
+  readonly onFold: (group: string) => void;
 }
 
 const ARROWS: Readonly<Record<string, Direction>> = {
@@ -27,13 +29,13 @@ const ARROWS: Readonly<Record<string, Direction>> = {
 };
 const STEP = 1.25;
 
-export function Drawing({ model, selected, matches, onSelect }: DrawingProps) {
+export function Drawing({ model, selected, matches, onSelect, onFold }: DrawingProps) {
   const frame = useRef<HTMLDivElement>(null);
   const size = useSize(frame);
   const layout = useLayout(model, size);
-  // Until the person moves it, the drawing fits the panel, whatever its size.
-  const moved = useSignal<Viewport | null>(null);
-  const view = moved.value ?? fit(layout.size, size);
+  // Until the person moves it, the drawing follows the panel's size, with names that can be read.
+  const moved = useSignal<Viewport | "whole" | null>(null);
+  const view = moved.value === "whole" ? fit(layout.size, size) : (moved.value ?? readable(layout.size, size));
   const setView = (next: Viewport) => (moved.value = next);
   const isDragging = useGestures(frame, view, setView);
   const middle = { x: size.width / 2, y: size.height / 2 };
@@ -60,14 +62,14 @@ export function Drawing({ model, selected, matches, onSelect }: DrawingProps) {
         <Markers />
         {size.width > 0 && (
           <g transform={`translate(${view.x} ${view.y}) scale(${view.scale})`}>
-            <Content model={model} layout={layout} selected={selected} matches={matches} onSelect={onSelect} />
+            <Content model={model} layout={layout} selected={selected} matches={matches} onSelect={onSelect} onFold={onFold} />
           </g>
         )}
       </svg>
       <div class="zoom" role="group" aria-label="Zoom">
         <ZoomButton icon="plus" label="Enlarge" onClick={() => setView(zoom(view, STEP, middle))} />
         <ZoomButton icon="minus" label="Shrink" onClick={() => setView(zoom(view, 1 / STEP, middle))} />
-        <ZoomButton icon="fit" label="Fit" onClick={() => (moved.value = null)} />
+        <ZoomButton icon="fit" label="Show all" onClick={() => (moved.value = "whole")} />
       </div>
     </div>
   );
@@ -82,18 +84,13 @@ function ZoomButton(props: { readonly icon: string; readonly label: string; read
 }
 
 /** Groups, edges and vertices, from the back to the front. */
-function Content({ model, layout, selected, matches, onSelect }: DrawingProps & { readonly layout: Layout }) {
+function Content({ model, layout, selected, matches, onSelect, onFold }: DrawingProps & { readonly layout: Layout }) {
   const related = relatedTo(selected, model);
   const first = model.vertices[0]?.id;
   return (
     <>
       {[...layout.groups].map(([name, box]) => (
-        <g key={name} class="group">
-          <rect {...box} rx="10" />
-          <text x={box.x + 12} y={box.y + 15}>
-            {name}
-          </text>
-        </g>
+        <GroupFrame key={name} name={name} box={box} onFold={() => onFold(name)} />
       ))}
       {[...model.edges].sort(silentFirst).map((edge) => (
         <EdgeShape
@@ -126,6 +123,24 @@ function Content({ model, layout, selected, matches, onSelect }: DrawingProps & 
         return <EdgeLabel key={id} text={label} route={route} flow={layout.flow} />;
       })}
     </>
+  );
+}
+
+/** The frame around a group; its name folds it. */
+function GroupFrame({ name, box, onFold }: { readonly name: string; readonly box: Box; readonly onFold: () => void }) {
+  const onKeyDown = (event: KeyboardEvent) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    onFold();
+  };
+  return (
+    <g class="group-frame">
+      <rect {...box} rx="10" />
+      <text x={box.x + 12} y={box.y + 15} role="button" tabIndex={-1} data-group={name} onClick={onFold} onKeyDown={onKeyDown}>
+        {name}
+        <title>Fold {name}</title>
+      </text>
+    </g>
   );
 }
 
@@ -192,6 +207,6 @@ function useReveal(
 }
 
 function revealed(view: Viewport, box: Parameters<typeof reveal>[1], size: Size): Viewport {
-  const readable = view.scale < 0.5 ? zoom(view, 0.75 / view.scale, { x: size.width / 2, y: size.height / 2 }) : view;
-  return reveal(readable, box, size);
+  const read = view.scale < READABLE ? zoom(view, READABLE / view.scale, { x: size.width / 2, y: size.height / 2 }) : view;
+  return reveal(read, box, size);
 }

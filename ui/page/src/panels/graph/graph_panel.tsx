@@ -5,7 +5,8 @@ import type { PanelProps, Settings } from "../panel";
 import { Details } from "./details";
 import { Drawing } from "./drawing";
 import { List } from "./list";
-import { graphModel, usefulGroupings, type GraphModel, type Grouping } from "./model";
+import { folded, foldedGroups, groupId } from "./folding";
+import { graphModel, usefulGroupings, type GraphModel, type Grouping, type Vertex } from "./model";
 import { matcher } from "../../store/search";
 import { GraphToolbar } from "./toolbar";
 import "./graph.css";
@@ -17,6 +18,8 @@ export interface GraphSettings {
   readonly hidden: boolean;
   readonly selected: string | null;
   readonly search: string;
+  /** Groups that are folded where they usually are not, or the other way round. */
+  readonly toggled: readonly string[];
 }
 
 const GROUPINGS: readonly Grouping[] = ["none", "namespace", "process", "machine"];
@@ -28,12 +31,17 @@ export function readSettings(settings: Settings): GraphSettings {
     hidden: settings.hidden === true,
     selected: typeof settings.selected === "string" ? settings.selected : null,
     search: typeof settings.search === "string" ? settings.search : "",
+    toggled: Array.isArray(settings.toggled) ? settings.toggled.filter((each): each is string => typeof each === "string") : [],
   };
 }
 
 /** Returns the settings to remember: those that differ from the usual ones. */
 function writeSettings(settings: GraphSettings): Settings {
-  return Object.fromEntries(Object.entries(settings).filter(([, value]) => value !== null && value !== false && value !== ""));
+  return Object.fromEntries(Object.entries(settings).filter(([, value]) => !isUsual(value)));
+}
+
+function isUsual(value: unknown): boolean {
+  return value === null || value === false || value === "" || (Array.isArray(value) && value.length === 0);
 }
 
 export function GraphPanel({ session, settings, onSettings }: PanelProps) {
@@ -54,18 +62,30 @@ function LiveGraph({ session, settings, onSettings, state }: PanelProps & { read
   const grouping = chosen.grouping ?? usualGrouping(state.graph.nodes);
   const model = graphModel(state.graph, state.rates, { ...chosen, grouping });
   const matches = matcher(chosen.search);
-  const onSelect = (selected: string | null) => change({ selected });
   const selected = isThere(chosen.selected, model) ? chosen.selected : null;
+  const groups = foldedGroups(model, new Set(chosen.toggled), selected);
+  const drawn = folded(model, groups);
+  const toggle = (...names: readonly string[]) => {
+    const others = chosen.toggled.filter((each) => !names.includes(each));
+    change({ selected: null, toggled: [...others, ...names.filter((each) => !chosen.toggled.includes(each))] });
+  };
+  const isOpenBySelection = (group: string) => foldedGroups(model, new Set(chosen.toggled), null).has(group);
+  const onSelect = (id: string | null) => {
+    const opened = id === null ? [] : [...groups].filter((group) => isPartOf(group, id, drawn));
+    if (opened.length > 0) toggle(...opened);
+    else change({ selected: id });
+  };
   return (
     <div class="graph">
       <div class="graph-stage">
         <GraphToolbar graph={state.graph} settings={chosen} grouping={grouping} onChange={change} />
         {model.vertices.length > 0 ? (
           <Drawing
-            model={model}
+            model={drawn}
             selected={selected}
-            matches={({ name }) => matches(name)}
+            matches={(vertex) => isFound(vertex, model, matches)}
             onSelect={onSelect}
+            onFold={(group) => (isOpenBySelection(group) ? change({ selected: null }) : toggle(group))}
           />
         ) : (
           <div class="empty">
@@ -87,6 +107,18 @@ function LiveGraph({ session, settings, onSettings, state }: PanelProps & { read
 /** Groups by namespace where there are several, else by process where there are several. */
 function usualGrouping(nodes: readonly GraphNode[]): Grouping {
   return usefulGroupings(nodes)[0] ?? "none";
+}
+
+/** Whether an id stands for a folded group, or for what goes to or from it. */
+function isPartOf(group: string, id: string, { edges }: GraphModel): boolean {
+  const own = groupId(group);
+  return id === own || edges.some((edge) => edge.id === id && (edge.from === own || edge.to === own));
+}
+
+/** Whether a vertex has a name that is searched for; a folded group, whether a member has. */
+function isFound({ kind, name }: Vertex, model: GraphModel, matches: (name: string) => boolean): boolean {
+  if (kind !== "group") return matches(name);
+  return model.vertices.some((vertex) => vertex.group === name && matches(vertex.name));
 }
 
 function isThere(selected: string | null, model: GraphModel): boolean {

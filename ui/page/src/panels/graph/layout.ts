@@ -43,6 +43,8 @@ const CARD_HEIGHT = 44;
 const SERVICE_HEIGHT = 28;
 /** Least width of a card: room for a state or a rate, which change while the layout stays. */
 const LEAST_WIDTH = 104;
+/** The same of a folded group, whose numbers of nodes and topics stand there. */
+const LEAST_GROUP_WIDTH = 164;
 const PADDING = 12;
 const GROUP_LABEL = 22;
 const MARGIN = 24;
@@ -111,7 +113,7 @@ const groupId = (group: string): string => `group ${group}`;
 function sizeOf({ label, kind }: Vertex, measure: Measure): Size {
   const width = Math.ceil(measure(label, kind)) + 2 * PADDING;
   if (kind === "service") return { width, height: SERVICE_HEIGHT };
-  return { width: Math.max(LEAST_WIDTH, width), height: CARD_HEIGHT };
+  return { width: Math.max(kind === "group" ? LEAST_GROUP_WIDTH : LEAST_WIDTH, width), height: CARD_HEIGHT };
 }
 
 interface Placed {

@@ -7,6 +7,6 @@ const fontOf = (variable: string): string => style.getPropertyValue(variable) ||
 
 export const measureText: Measure = (label, kind) => {
   if (context === null) return label.length * 8;
-  context.font = kind === "node" ? `600 13px ${fontOf("--sans")}` : `12px ${fontOf("--mono")}`;
+  context.font = kind === "node" || kind === "group" ? `600 13px ${fontOf("--sans")}` : `12px ${fontOf("--mono")}`;
   return context.measureText(label).width;
 };

@@ -3,11 +3,13 @@ import type { Graph, GraphNode, GraphService, GraphTopic } from "../../connectio
 import { deliverKey, dropKey, publishKey, type RateTable } from "../../store/rates";
 import { counted, rateText } from "../../store/text";
 
-export type VertexKind = "node" | "topic" | "service";
+/** A group is a vertex where it is folded. */
+export type VertexKind = "node" | "topic" | "service" | "group";
 /** How a vertex stands: each has a sign of its own beside its colour. */
 export type Tone = "good" | "waiting" | "stopped" | "bad" | "none";
 export type Grouping = "none" | "namespace" | "process" | "machine";
-export type EdgeKind = "publish" | "deliver" | "call" | "serve";
+/** A bundle is what goes to or from a folded group. */
+export type EdgeKind = "publish" | "deliver" | "call" | "serve" | "bundle";
 /** How an edge looks: grey and thin, as wide as its rate, or red, dashed and labelled. */
 export type EdgeLook = "silent" | "flowing" | "dropping";
 
@@ -34,6 +36,8 @@ export interface Edge {
   /** The topic or service at its other end. */
   readonly name: string;
   readonly look: EdgeLook;
+  readonly rateHz: number | null;
+  readonly dropped: number;
   readonly width: number;
   readonly label: string | null;
   readonly sentence: string;
@@ -73,6 +77,11 @@ const WIDEST = 7;
 export function edgeWidth(rateHz: number | null): number {
   if (rateHz === null || rateHz <= 0) return THINNEST;
   return Math.min(WIDEST, THINNEST + 0.5 + 1.4 * Math.log10(1 + rateHz));
+}
+
+/** Returns how an edge looks; drops stay to be seen, also once they have ended. */
+export function edgeLook(rateHz: number | null, dropped: number): EdgeLook {
+  return dropped > 0 ? "dropping" : rateHz === null || rateHz <= 0 ? "silent" : "flowing";
 }
 
 /** Returns what is drawn of a graph; vertices and edges in the order of their names, so that a layout repeats. */
@@ -224,13 +233,15 @@ interface Traffic {
 }
 
 function edge(ends: Ends, { rate, dropped, isDropping }: Traffic, sentence: string): Edge {
-  const look: EdgeLook = dropped > 0 ? "dropping" : rate === null || rate <= 0 ? "silent" : "flowing";
+  const look = edgeLook(rate, dropped);
   const label = dropped > 0 ? counted(dropped, "dropped", "dropped") : null;
   const said = rate === null ? "" : rate > 0 ? `, ${rateText(rate)}` : ", silent";
   return {
     id: edgeId(ends.kind, ends.node, ends.name),
     ...ends,
     look,
+    rateHz: rate,
+    dropped,
     width: look === "dropping" ? Math.max(2, edgeWidth(rate)) : edgeWidth(rate),
     label,
     sentence: `${sentence}${said}${label === null ? "" : `, ${label}${isDropping ? "" : ", none now"}`}`,
@@ -243,6 +254,8 @@ function serviceEdges(service: GraphService): Edge[] {
     id: edgeId(ends.kind, ends.node, ends.name),
     ...ends,
     look: "flowing",
+    rateHz: null,
+    dropped: 0,
     width: THINNEST,
     label: null,
     sentence,

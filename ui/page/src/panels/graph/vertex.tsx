@@ -14,6 +14,7 @@ interface VertexProps {
 
 export function VertexShape({ vertex, box, isSelected, isDim, isTabStop, onSelect }: VertexProps) {
   const classes = ["vertex", vertex.kind, vertex.tone, isSelected && "selected", isDim && "dim"].filter(Boolean).join(" ");
+  const hasSign = vertex.kind === "node" || vertex.kind === "group";
   const onKeyDown = (event: KeyboardEvent) => {
     if (event.key !== "Enter" && event.key !== " ") return;
     event.preventDefault();
@@ -31,17 +32,18 @@ export function VertexShape({ vertex, box, isSelected, isDim, isTabStop, onSelec
       onClick={onSelect}
       onKeyDown={onKeyDown}
     >
+      {vertex.kind === "group" && <rect class="behind" x="4" y="4" width={box.width} height={box.height} rx={ROUNDING.group} />}
       <rect width={box.width} height={box.height} rx={ROUNDING[vertex.kind]} />
       <text class="name" x="12" y={vertex.kind === "service" ? 18 : 19}>
         {vertex.label}
       </text>
       {" " /* or its name would be one word with what follows, as it is read aloud */}
-      {vertex.kind === "node" && (
+      {hasSign && (
         <g transform="translate(12 27.5)">
           <SignPath tone={vertex.tone} />
         </g>
       )}
-      <text class="detail" x={vertex.kind === "node" ? 25 : 12} y="35.5">
+      <text class="detail" x={hasSign ? 25 : 12} y="35.5">
         {vertex.detail}
       </text>
     </g>
@@ -49,4 +51,4 @@ export function VertexShape({ vertex, box, isSelected, isDim, isTabStop, onSelec
 }
 
 /** Nodes are the roundest but for services, so that the three are told apart without their colours. */
-const ROUNDING: Readonly<Record<Vertex["kind"], number>> = { node: 10, topic: 2, service: 14 };
+const ROUNDING: Readonly<Record<Vertex["kind"], number>> = { node: 10, topic: 2, service: 14, group: 4 };

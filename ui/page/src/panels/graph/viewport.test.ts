@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { fit, pan, reveal, zoom } from "./viewport";
+import { fit, pan, READABLE, readable, reveal, zoom } from "./viewport";
 
 const SCREEN = { width: 800, height: 600 };
 
@@ -11,6 +11,11 @@ test("a large drawing is fitted into the middle", () => {
 
 test("a small drawing is hardly enlarged", () => {
   assert.equal(fit({ width: 100, height: 100 }, SCREEN).scale, 1.25);
+});
+
+test("a drawing too large to read shows its beginning", () => {
+  assert.deepEqual(readable({ width: 4000, height: 300 }, SCREEN), { x: 0, y: (600 - 300 * READABLE) / 2, scale: READABLE });
+  assert.deepEqual(readable({ width: 800, height: 300 }, SCREEN), fit({ width: 800, height: 300 }, SCREEN));
 });
 
 test("zooming keeps the point under the pointer", () => {

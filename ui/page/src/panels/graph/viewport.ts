@@ -28,6 +28,17 @@ export function fit(drawing: Size, screen: Size): Viewport {
   };
 }
 
+/** Least scale at which names are read: they are 10 px high then. */
+export const READABLE = 0.85;
+
+/** Returns the viewport in which names can be read: the whole drawing, or where it is too large for that its beginning. */
+export function readable(drawing: Size, screen: Size): Viewport {
+  const whole = fit(drawing, screen);
+  if (whole.scale >= READABLE) return whole;
+  const start = (length: number, room: number): number => Math.max(0, (room - length * READABLE) / 2);
+  return { x: start(drawing.width, screen.width), y: start(drawing.height, screen.height), scale: READABLE };
+}
+
 /** Returns the viewport larger by a factor, with a point of the screen where it is. */
 export function zoom(view: Viewport, factor: number, at: { readonly x: number; readonly y: number }): Viewport {
   const scale = clamp(view.scale * factor, SMALLEST, LARGEST);

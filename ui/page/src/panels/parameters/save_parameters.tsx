@@ -1,7 +1,5 @@
-/** Save into the launch file: shows the edit first, then writes it. */
-import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
-import type { ParametersSaved } from "../../connection/answers";
+/** Save parameters: writes what was changed into the launch file, after the edit was shown. */
+import { SaveEdit } from "../../controls/save_edit";
 import type { Session } from "../../store/session";
 
 interface SaveProps {
@@ -11,85 +9,11 @@ interface SaveProps {
 }
 
 export function SaveParameters({ session, node }: SaveProps) {
-  const answer = useSignal<ParametersSaved | null>(null);
-  const error = useSignal<string | null>(null);
-  const ask = async (isDryRun: boolean) => {
-    error.value = null;
-    try {
-      const nodes = node === null ? {} : { nodes: [node] };
-      answer.value = await session.questions.ask("save_parameters", { ...nodes, dry_run: isDryRun });
-    } catch (reason) {
-      error.value = (reason as Error).message;
-    }
-  };
-  const close = () => {
-    answer.value = error.value = null;
-  };
+  const nodes = node === null ? {} : { nodes: [node] };
   return (
-    <>
-      <button type="button" class="button" onClick={() => void ask(true)}>
-        Save into the launch file…
-      </button>
-      {(answer.value !== null || error.value !== null) && (
-        <SaveDialog answer={answer.value} error={error.value} onSave={() => void ask(false)} onClose={close} />
-      )}
-    </>
-  );
-}
-
-interface DialogProps {
-  readonly answer: ParametersSaved | null;
-  readonly error: string | null;
-  readonly onSave: () => void;
-  readonly onClose: () => void;
-}
-
-function SaveDialog({ answer, error, onSave, onClose }: DialogProps) {
-  const dialog = useRef<HTMLDialogElement>(null);
-  useEffect(() => dialog.current?.showModal(), []);
-  const hasEdit = answer !== null && answer.edit !== "";
-  return (
-    <dialog ref={dialog} class="about save" aria-labelledby="save-title" onClose={onClose}>
-      <h2 id="save-title">{titleOf(answer, hasEdit)}</h2>
-      {answer !== null && <p class="mono">{answer.file}</p>}
-      {error !== null && (
-        <p class="bad" role="alert">
-          {error}
-        </p>
-      )}
-      {hasEdit && <Diff edit={answer.edit} />}
-      <footer class="buttons">
-        <button type="button" class="button" onClick={() => dialog.current?.close()}>
-          {answer?.saved === true || !hasEdit ? "Close" : "Cancel"}
-        </button>
-        {hasEdit && !answer.saved && (
-          <button type="button" class="button primary" onClick={onSave}>
-            Save
-          </button>
-        )}
-      </footer>
-    </dialog>
-  );
-}
-
-function titleOf(answer: ParametersSaved | null, hasEdit: boolean): string {
-  if (answer === null) return "This cannot be saved";
-  if (answer.saved) return "Saved";
-  return hasEdit ? "Save this edit into the launch file?" : "The launch file says the same already";
-}
-
-const LINE_CLASSES: Readonly<Record<string, string>> = { "+": "added", "-": "removed", "@": "place" };
-
-function Diff({ edit }: { readonly edit: string }) {
-  return (
-    <pre class="mono diff" tabIndex={0} aria-label="The edit">
-      {edit.split("\n").map((line, index) => (
-        // Lines have no identity but their place, and the edit does not change while it is shown.
-        <span key={index} class={/^(\+\+\+|---)/.test(line) ? "place" : (LINE_CLASSES[line.charAt(0)] ?? "")}>
-          {line}
-          {"\n"}
-        </span>
-      ))}
-    </pre>
+    <SaveEdit
+      label="Save into the launch file…"
+      ask={(isDryRun) => session.questions.ask("save_parameters", { ...nodes, dry_run: isDryRun })}
+    />
   );
 }
