@@ -77,17 +77,16 @@ class Reading:
 def _beside(spreads: Sequence[Spread]) -> Spread:
     """Combine the periods of parallel publishers: the rates add up, the deviation is that within each.
 
-    >>> each = Spread(10, 1.0, 0.1, 0.1, 0.1)
+    >>> each = Spread(10, 1.0, 0.0, 0.1, 0.1)
     >>> round(1 / _beside([each, Spread(), each]).mean)
     20
     """
     given = [each for each in spreads if each.count]
     if len(given) < 2:  # nothing to combine
         return given[0] if given else Spread()
-    count, total = sum(each.count for each in given), max(each.total for each in given)
-    variance = sum(each.count * each.deviation**2 for each in given) / count
-    extremes = sum(given, Spread())
-    return Spread(count, total, count * (variance + (total / count) ** 2), extremes.low, extremes.high)
+    squares = sum(each.squares for each in given)
+    together = sum(given, Spread())
+    return Spread(together.count, max(each.total for each in given), squares, together.low, together.high)
 
 
 NOTHING = Reading(0.0, 0, Spread(), Spread(), Spread())
@@ -148,7 +147,7 @@ def _flow(now: Mapping[str, Any], before: Mapping[str, Any]) -> Flow:
 def hz_text(window: Reading) -> str:
     r"""Return a rate as `ros2 topic hz` prints it.
 
-    >>> hz_text(Reading(1.0, 11, Spread(10, 1.0, 0.1, 0.1, 0.1), Spread(), Spread()))
+    >>> hz_text(Reading(1.0, 11, Spread(10, 1.0, 0.0, 0.1, 0.1), Spread(), Spread()))
     'average rate: 10.000\n\tmin: 0.100s max: 0.100s std dev: 0.00000s window: 10'
     """
     spread = window.periods

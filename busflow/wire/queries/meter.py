@@ -24,19 +24,25 @@ _MOST = 1000
 
 @dataclass(slots=True)
 class Spread:
-    """Count, sum, sum of squares and extremes: enough for mean and deviation, and two spreads can be added."""
+    """Count, sum, squared distances and extremes: enough for mean and deviation, and two spreads can be added.
+
+    The distances are added as by T. F. Chan, G. H. Golub and R. J. LeVeque, "Updating formulae and a pairwise algorithm
+    for computing sample variances", 1979: sums of squares would lose the deviation of values that are nearly alike.
+    """
 
     count: int = 0
     total: float = 0.0
     squares: float = 0.0
+    """Sum of the squared distances from the mean."""
     low: float | None = None
     high: float | None = None
 
     def add(self, value: float) -> None:
         """Add a value."""
+        distance = value - self.mean if self.count else 0.0
         self.count += 1
         self.total += value
-        self.squares += value * value
+        self.squares += distance * (value - self.mean)
         self.low = min(inf if self.low is None else self.low, value)
         self.high = max(-inf if self.high is None else self.high, value)
 
@@ -51,10 +57,12 @@ class Spread:
         """
         lows = [each.low for each in (self, other) if each.low is not None]
         highs = [each.high for each in (self, other) if each.high is not None]
+        count = self.count + other.count
+        apart = (self.mean - other.mean) ** 2 * self.count * other.count / count if count else 0.0
         return Spread(
-            self.count + other.count,
+            count,
             self.total + other.total,
-            self.squares + other.squares,
+            self.squares + other.squares + apart,
             min(lows, default=None),
             max(highs, default=None),
         )
@@ -67,7 +75,7 @@ class Spread:
     @property
     def deviation(self) -> float:
         """The standard deviation of the values."""
-        return sqrt(max(0.0, self.squares / self.count - self.mean**2)) if self.count else 0.0
+        return sqrt(max(0.0, self.squares) / self.count) if self.count else 0.0
 
 
 class Tally:

@@ -25,7 +25,7 @@ def test_two_spreads_together_are_that_of_all_values(some: list[float], others: 
     both, whole = spread(*some) + spread(*others), spread(*some, *others)
     assert (both.count, both.low, both.high) == (whole.count, whole.low, whole.high)
     assert abs(both.mean - whole.mean) <= 1e-6
-    assert abs(both.deviation - whole.deviation) <= 1e-2
+    assert abs(both.deviation - whole.deviation) <= 1e-6
 
 
 @given(st.lists(st.integers(0, 20), max_size=30), st.integers(1, 50))

@@ -42,8 +42,8 @@ async def test_count_and_periods_are_exact(make_bench):
         publisher.publish(Int64(data=number))
     told = meters.read("me", topic, sizes=True)
     assert (told["topic"], told["count"], told["duration_s"]) == ("/number", 11, 2.75)
-    assert told["periods_s"] == {"count": 10, "total": 2.5, "squares": 0.625, "low": 0.25, "high": 0.25}
-    assert told["sizes"] == {"count": 11, "total": 55, "squares": 385, "low": 0, "high": 10}
+    assert told["periods_s"] == {"count": 10, "total": 2.5, "squares": 0.0, "low": 0.25, "high": 0.25}
+    assert told["sizes"] == {"count": 11, "total": 55, "squares": 110, "low": 0, "high": 10}
     assert told["ages_s"]["count"] == 0
     assert meters.read("me", topic, sizes=True)["count"] == 0
 

@@ -314,6 +314,7 @@ class TornBridge:
 
     def __init__(self) -> None:
         self.peer: Any = SimpleNamespace(run=SimpleNamespace(name="lab", card=SimpleNamespace(file="/nowhere.yaml")))
+        self.catalogue = SimpleNamespace(channels={})
         self.graph: Any = None
         self.looked_s = 0.0
 
