@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import json
 import sys
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
@@ -24,12 +25,14 @@ from busflow.interfaces.encoding.description import (  # noqa: E402  # as above
     Count,
     Field,
     IndividualDescription,
+    array_text,
     default_text,
     individual,
     written,
 )
 
-_PARTS = ("Request", "Response")
+_KINDS = {"ServiceType": ("srv", ("Request", "Response")), "ActionType": ("action", ("Goal", "Result", "Feedback"))}
+"""The folder and the parts of a service and of an action."""
 _WORDS = {"bool": "bool", "str": "string", "int": "int64", "float": "float64"}
 
 
@@ -56,41 +59,58 @@ class CustomBuildHook(BuildHookInterface[Any]):
 def described(sources: Path) -> dict[str, Any]:
     """Every type below a folder: its fields, its comments, and what the sources were."""
     types: dict[str, ast.ClassDef] = {}
-    services: dict[str, str] = {}
+    homes: dict[str, Mapping[str, str]] = {}
+    wholes: dict[str, str] = {}
     for path in sorted(sources.rglob("*.py")):
-        for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+        statements = ast.parse(path.read_text(encoding="utf-8")).body
+        known = len(types)
+        for statement in statements:
             if isinstance(statement, ast.ClassDef):
-                _collect(statement, types, services)
+                _collect(statement, types, wholes)
+        homes |= dict.fromkeys(list(types)[known:], _homes(statements))
     return {
         "sources": fingerprint(sources),
-        "types": {name: _description(name, declared, types) for name, declared in types.items()},
+        "types": {name: _description(name, declared, homes[name]) for name, declared in types.items()},
         "comments": {name: _comments(declared) for name, declared in types.items()}
-        | {name: {"text": text, "fields": {}} for name, text in services.items()},
-        "services": sorted(services),
+        | {name: {"text": text, "fields": {}} for name, text in wholes.items()},
+        "services": sorted(name for name in wholes if "/srv/" in name),
+        "actions": sorted(name for name in wholes if "/action/" in name),
     }
 
 
-def _collect(declared: ast.ClassDef, types: dict[str, ast.ClassDef], services: dict[str, str]) -> None:
-    """Add a message, or a service and its two halves."""
+def _collect(declared: ast.ClassDef, types: dict[str, ast.ClassDef], wholes: dict[str, str]) -> None:
+    """Add a message, or a service or an action and its parts."""
     package = next((ast.literal_eval(each.value) for each in declared.keywords if each.arg == "package"), None)
     if package is None:
         return
-    if any(ast.unparse(base) == "Message" for base in declared.bases):
+    base = ast.unparse(declared.bases[0])
+    if base == "Message":
         types[f"{package}/msg/{declared.name}"] = declared
         return
-    service = f"{package}/srv/{declared.name}"
-    services[service] = ast.get_docstring(declared) or ""
+    kind, parts = _KINDS[base]
+    whole = f"{package}/{kind}/{declared.name}"
+    wholes[whole] = ast.get_docstring(declared) or ""
     for part in declared.body:
-        if isinstance(part, ast.ClassDef) and part.name in _PARTS:
-            types[f"{service}_{part.name}"] = part
+        if isinstance(part, ast.ClassDef) and part.name in parts:
+            types[f"{whole}_{part.name}"] = part
 
 
-def _description(name: str, declared: ast.ClassDef, types: dict[str, ast.ClassDef]) -> IndividualDescription:
+def _homes(statements: list[ast.stmt]) -> Mapping[str, str]:
+    """The package of each name that a module imports from one: `from busflow.msgs.std_msgs import Header`."""
+    return {
+        alias.name: statement.module.split(".")[2]
+        for statement in statements
+        if isinstance(statement, ast.ImportFrom) and statement.module and statement.module.startswith("busflow.msgs.")
+        for alias in statement.names
+    }
+
+
+def _description(name: str, declared: ast.ClassDef, homes: Mapping[str, str]) -> IndividualDescription:
     annotated = [each for each in declared.body if isinstance(each, ast.AnnAssign)]
     statements = [each for each in annotated if not ast.unparse(each.target).startswith("_")]
     return individual(
         name,
-        [_field(each, name, types).describe() for each in statements if not _is_constant(each)],
+        [_field(each, name, homes).describe() for each in statements if not _is_constant(each)],
         [
             {"name": ast.unparse(each.target), "type": _constant_type(each), "value": written(_value(each))}
             for each in statements
@@ -111,36 +131,34 @@ def _comments(declared: ast.ClassDef) -> dict[str, Any]:
     return {"text": ast.get_docstring(declared) or "", "fields": fields}
 
 
-def _field(statement: ast.AnnAssign, around: str, types: dict[str, ast.ClassDef]) -> Field:
-    word, count, size = _shape(ast.unparse(statement.annotation))
-    name = ast.unparse(statement.target)
+def _field(statement: ast.AnnAssign, around: str, homes: Mapping[str, str]) -> Field:
+    word, count, size, bound = _shape(statement.annotation)
+    name, value = ast.unparse(statement.target), _value(statement)
     base = _WORDS.get(word, word)
     if base in PRIMITIVES:
-        default = default_text(_value(statement), name, around)
-        return Field(name, base, count=count, size=size, default=default)
-    return Field(name, _full_name(word, around, types), nested=True, count=count, size=size)
+        stated = default_text(value, name, around) if count is Count.ONE else array_text(value or [], count)
+        return Field(name, base, False, count, size, bound, stated)
+    package, _, own = word.rpartition(".")
+    home = package or homes.get(own) or around.partition("/")[0]
+    return Field(name, f"{home}/msg/{own}", nested=True, count=count, size=size)
 
 
-def _full_name(word: str, around: str, types: dict[str, ast.ClassDef]) -> str:
-    """The full name of a message within another: of the same package, or of the one that has it."""
-    own = f"{around.partition('/')[0]}/msg/{word}"
-    return own if own in types else next(name for name in sorted(types) if name.endswith(f"/msg/{word}"))
-
-
-def _shape(annotation: str) -> tuple[str, Count, int]:
-    """What one value of a field is, and how many of them it holds."""
-    tree = ast.parse(annotation, mode="eval").body
-    if isinstance(tree, ast.Subscript) and ast.unparse(tree.value) == "Annotated":
-        inner, length = cast("ast.Tuple", tree.slice).elts
-        call = cast("ast.Call", length)
-        count = Count.FIXED if call.args else Count.BOUNDED  # Length(9), Length(max=1)
-        (size,) = [*call.args, *(each.value for each in call.keywords)]
-        return _shape(ast.unparse(inner))[0], count, ast.literal_eval(size)
-    if isinstance(tree, ast.Subscript):  # Sequence[…]
-        return ast.unparse(tree.slice), Count.UNBOUNDED, 0
-    if annotation.endswith("Array") and annotation.removesuffix("Array").lower() in PRIMITIVES:
-        return annotation.removesuffix("Array").lower(), Count.UNBOUNDED, 0
-    return annotation, Count.ONE, 0
+def _shape(annotation: ast.expr) -> tuple[str, Count, int, int]:
+    """What one value of a field is, how many of them it holds, and the bound of a text."""
+    if not isinstance(annotation, ast.Subscript):
+        word = ast.unparse(annotation)
+        single = word.removesuffix("Array").lower()
+        return (single, Count.UNBOUNDED, 0, 0) if word != single and single in PRIMITIVES else (word, Count.ONE, 0, 0)
+    if ast.unparse(annotation.value) != "Annotated":  # Sequence[…]
+        word, _, _, bound = _shape(annotation.slice)
+        return word, Count.UNBOUNDED, 0, bound
+    inner, length = cast("ast.Tuple", annotation.slice).elts
+    call = cast("ast.Call", length)
+    (size,) = [ast.literal_eval(each) for each in [*call.args, *(each.value for each in call.keywords)]]
+    word, count, _, bound = _shape(inner)
+    if count is Count.ONE:
+        return word, count, 0, size
+    return word, Count.FIXED if call.args else Count.BOUNDED, size, bound  # Length(9), Length(max=1)
 
 
 def _is_constant(statement: ast.AnnAssign) -> bool:
@@ -154,8 +172,11 @@ def _constant_type(statement: ast.AnnAssign) -> str:
 
 def _value(statement: ast.AnnAssign) -> Any:
     """A default, or a constant, that is written out; None for what has to be constructed: zeros(9), Header()."""
+    value = statement.value
+    if isinstance(value, ast.Call) and ast.unparse(value.func) == "array":
+        value = value.args[0]
     try:
-        return ast.literal_eval(statement.value) if statement.value is not None else None
+        return ast.literal_eval(value) if value is not None else None
     except ValueError:
         return None
 

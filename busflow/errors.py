@@ -358,6 +358,16 @@ class LaunchError(BusflowError):
         super().__init__("\n".join(problem.render() for problem in self.problems))
 
 
+class InvalidDefinition(BusflowError, ValueError):
+    """Files that define messages, services or actions are invalid; the error lists all their problems."""
+
+    exit_code = ExitCode.USAGE
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems: tuple[Problem, ...] = tuple(problems)
+        super().__init__("\n".join(problem.render() for problem in self.problems))
+
+
 def how_to_install(*parts: str) -> str:
     """Return the install command for parts of this project; nothing is published yet, so it uses a clone.
 

@@ -31,6 +31,9 @@ EVERYTHING = sorted(
 )
 TEMPLATES = sorted(ROOT.glob("busflow/cli/templates/*.py.txt"))
 
+GENERATED = "\n# busflow interface generate "
+"""A line of every module that this command wrote: one module a package, however long."""
+
 FUNCTION_LINES = 50
 FILE_LINES = 500
 PACKAGE_FILES = 25
@@ -122,7 +125,8 @@ def test_no_function_is_longer_than_a_screen():
 
 
 def test_no_file_is_longer_than_its_limit():
-    lengths = {name(path): len(path.read_text(encoding="utf-8").splitlines()) for path in PRODUCT}
+    texts = {name(path): path.read_text(encoding="utf-8") for path in PRODUCT}
+    lengths = {path: len(text.splitlines()) for path, text in texts.items() if GENERATED not in text}
     assert {path: length for path, length in lengths.items() if length > FILE_LINES} == {}
 
 

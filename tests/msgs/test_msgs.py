@@ -1,7 +1,8 @@
 """The standard messages are ROS 2's, field by field, and each survives being dumped, printed as JSON and pickled.
 
-Tests of `builtin_interfaces.py`, `diagnostic_msgs.py`, `geometry_msgs.py`, `nav_msgs.py`, `rosgraph_msgs.py`,
-`service_msgs.py`, `std_msgs.py`, `std_srvs.py`, `tf2_msgs.py` and `trajectory_msgs.py`.
+Tests of `action_msgs.py`, `builtin_interfaces.py`, `diagnostic_msgs.py`, `geometry_msgs.py`, `nav_msgs.py`,
+`rosgraph_msgs.py`, `service_msgs.py`, `std_msgs.py`, `std_srvs.py`, `tf2_msgs.py`, `trajectory_msgs.py` and
+`unique_identifier_msgs.py`. A test runs for a package, over all its types.
 """
 
 import copy
@@ -18,6 +19,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
 import busflow.msgs
+from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.typesupport import describe
 from busflow.interfaces.fields import PRIMITIVES
 from busflow.interfaces.message import (
@@ -45,13 +47,21 @@ PARTS = {type_name(part): part for each in SERVICES.values() for part in (each.R
 ALL = MESSAGES | PARTS
 
 ROS = get_typestore(Stores.LATEST)
-CASES = {
-    case["id"]: case
-    for case in json.loads((Path(__file__).parents[1] / "cases/ros2_interfaces.json").read_text("utf-8"))["cases"]
+FOLDER = Path(__file__).parents[1] / "cases"
+FILES = [
+    json.loads((FOLDER / f"ros2_{name}.json").read_text("utf-8")) for name in ("interfaces", "generated_interfaces")
+]
+CASES = {case["id"]: case for file in FILES for case in file["cases"] if case["id"].partition("/")[0] in PACKAGES}
+HASHES = {name: case["rihs01"] for name, case in CASES.items() if "rihs01" in case} | {
+    name: found for name, found in FILES[1]["whole"].items() if name in SERVICES
 }
 ZEROS = {"bool": False, "string": "", "float64": 0.0, "float32": 0.0}
 
-each_type = pytest.mark.parametrize("cls", ALL.values(), ids=ALL.keys())
+each_package = pytest.mark.parametrize("package", PACKAGES)
+
+
+def types_of(package, types):
+    return [cls for name, cls in types.items() if name.startswith(f"{package}/")]
 
 
 def as_ros_writes(name, definition):
@@ -67,38 +77,57 @@ def as_ros_writes(name, definition):
     return f"{base}{f'<={bound}' if bound else ''} {name}"
 
 
-@each_type
-def test_stated_defaults_are_those_of_ros(cls):
-    fields = describe(cls)["type_description"]["fields"]
-    stated = {each["name"]: each["default_value"] for each in fields if each["default_value"]}
-    expected = CASES[type_name(cls)]["defaults"] if type_name(cls) in CASES else {}
-    assert stated == {name: json.dumps(value) for name, value in expected.items()}
+@each_package
+def test_stated_defaults_are_those_of_ros(package):
+    for cls in types_of(package, ALL):
+        fields = describe(cls)["type_description"]["fields"]
+        stated = {each["name"]: each["default_value"] for each in fields if each["default_value"]}
+        expected = CASES[type_name(cls)]["defaults"] if type_name(cls) in CASES else {}
+        assert (type_name(cls), stated) == (
+            type_name(cls),
+            {name: json.dumps(value) for name, value in expected.items()},
+        )
 
 
-@pytest.mark.parametrize("cls", MESSAGES.values(), ids=MESSAGES.keys())
-def test_message_has_the_fields_of_ros(cls):
-    constants, fields = ROS.fielddefs[type_name(cls)]
-    fields = [] if [name for name, _ in fields] == ["structure_needs_at_least_one_member"] else fields
-    assert [str(field) for field in fields_of(cls)] == [as_ros_writes(*field) for field in fields]
-    assert [(each.name, each.base, each.value) for each in constants_of(cls)] == constants
-    assert [getattr(cls, each.name) for each in constants_of(cls)] == [value for _, _, value in constants]
+@each_package
+def test_message_has_the_fields_of_ros(package):
+    for name, cls in MESSAGES.items():
+        if name.partition("/")[0] != package or name not in ROS.fielddefs:
+            continue
+        constants, fields = ROS.fielddefs[name]
+        fields = [] if [field for field, _ in fields] == ["structure_needs_at_least_one_member"] else fields
+        assert [name, *map(str, fields_of(cls))] == [name, *(as_ros_writes(*field) for field in fields)]
+        assert [(each.name, each.base, each.value) for each in constants_of(cls)] == constants
+        assert [getattr(cls, each.name) for each in constants_of(cls)] == [value for _, _, value in constants]
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_service_has_the_fields_of_ros(name):
-    case, cls = CASES[name], ALL[name]
-    assert [str(field) for field in fields_of(cls)] == case["fields"]
-    assert [f"{each.base} {each.name}={each.value}" for each in constants_of(cls)] == case["constants"]
+@each_package
+def test_other_type_has_the_fields_of_ros(package):
+    for name, case in CASES.items():
+        if name.startswith(f"{package}/"):
+            assert [name, *map(str, fields_of(ALL[name]))] == [name, *case["fields"]]
+            assert [f"{each.base} {each.name}={each.value}" for each in constants_of(ALL[name])] == case["constants"]
+
+
+@pytest.mark.parametrize("name", HASHES)
+def test_type_has_the_hash_of_ros(name):
+    assert rihs01(describe(ALL.get(name) or SERVICES[name])) == HASHES[name]
 
 
 def test_each_package_is_complete():
     """Everything ROS defines in these packages is here, but for actions, and nothing else."""
-    assert set(MESSAGES) == {name for name in ROS.fielddefs if name.split("/")[0] in PACKAGES}
-    assert set(PARTS) == {name for name in CASES if "/srv/" in name}
+    known = {name for name in [*ROS.fielddefs, *CASES] if name.split("/")[0] in PACKAGES}
+    assert set(MESSAGES) == {name for name in known if "/msg/" in name}
+    assert set(PARTS) == {name for name in known if "/srv/" in name}
 
 
-@each_type
-def test_missing_field_has_the_default_of_ros(cls):
+@each_package
+def test_missing_field_has_the_default_of_ros(package):
+    for cls in types_of(package, ALL):
+        check_defaults(cls)
+
+
+def check_defaults(cls):
     stated = CASES.get(type_name(cls), {"defaults": {}})["defaults"]
     message = cls()
     for field in fields_of(cls):
@@ -115,21 +144,25 @@ def test_missing_field_has_the_default_of_ros(cls):
             assert value == field.base()
 
 
-@each_type
-def test_ros_can_describe_every_standard_type(cls):
-    assert is_ros_type(cls)
+def test_ros_can_describe_every_standard_type():
+    assert [name for name, cls in ALL.items() if not is_ros_type(cls)] == []
 
 
-@pytest.mark.parametrize("name", [*MESSAGES, *SERVICES])
-def test_type_is_found_by_full_and_short_name(name):
-    package, _, word = name.split("/")
-    assert type_name(find_type(name)) == name
-    # Some services share their name with a message; the short name then means the message.
-    assert find_type(f"{package}/{word}") in TYPES
+def test_type_is_found_by_full_and_short_name():
+    for name in [*MESSAGES, *SERVICES]:
+        package, _, word = name.split("/")
+        assert type_name(find_type(name)) == name
+        # Some services share their name with a message; the short name then means the message.
+        assert find_type(f"{package}/{word}") in TYPES
 
 
-@each_type
-def test_any_message_survives_dump_json_and_pickle(cls):
+@each_package
+def test_any_message_survives_dump_json_and_pickle(package):
+    for cls in types_of(package, ALL):
+        check_survival(cls)
+
+
+def check_survival(cls):
     @settings(max_examples=5, deadline=None)
     @given(messages(cls))
     def holds(message):
@@ -145,12 +178,13 @@ def test_any_message_survives_dump_json_and_pickle(cls):
     holds()
 
 
-@each_type
-def test_json_schema_describes_a_dump(cls):
-    schema = cls.model_json_schema()
-    assert schema["additionalProperties"] is False
-    assert list(schema.get("properties", {})) == [field.name for field in fields_of(cls)]
-    json.dumps(schema, allow_nan=False)
+@each_package
+def test_json_schema_describes_a_dump(package):
+    for cls in types_of(package, ALL):
+        schema = cls.model_json_schema()
+        assert schema["additionalProperties"] is False
+        assert list(schema.get("properties", {})) == [field.name for field in fields_of(cls)]
+        json.dumps(schema, allow_nan=False)
 
 
 def test_the_package_itself_imports_nothing_heavy():

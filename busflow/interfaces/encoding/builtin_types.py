@@ -40,9 +40,23 @@ class BuiltinTypes:
         """The names of the messages, those that are part of a service left out."""
         self.services: list[str] = data["services"]
         """The names of the services."""
+        self.actions: list[str] = data["actions"]
+        """The names of the actions."""
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._types
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all: messages, services, actions."""
+        return [*self.messages, *self.services, *self.actions]
 
     def description(self, name: str) -> TypeDescription:
-        """Return the description of a message, or of a service's `…_Request` or `…_Response`."""
+        """Return the description of a message, or of a part of a service or action: `…_Request`, `…_Goal`."""
+        return assemble(name, self.within(name))
+
+    def within(self, name: str) -> dict[str, IndividualDescription]:
+        """Return a message or a part, and all messages within it, by name."""
         types: dict[str, IndividualDescription] = {}
         waiting = [name]
         while waiting:
@@ -51,7 +65,7 @@ class BuiltinTypes:
                 types[each] = self._types[each]
                 nested = [one["type"]["nested_type_name"] for one in types[each]["fields"]]
                 waiting += [one for one in nested if one]
-        return assemble(name, types)
+        return types
 
     def comments(self, name: str) -> Comments:
         """Return the docstrings of a message, of a service, or of one half of a service."""

@@ -11,7 +11,7 @@ import hashlib
 import json
 import re
 import reprlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, NamedTuple, NotRequired, TypedDict, cast
@@ -23,6 +23,9 @@ DUMMY = "structure_needs_at_least_one_member"
 
 SERVICE_EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
 """The type that the event of every service holds."""
+
+ACTION_NEEDS = (SERVICE_EVENT_INFO, "builtin_interfaces/msg/Time", "unique_identifier_msgs/msg/UUID")
+"""The types that ROS 2 puts into every action."""
 
 DEPTH = 16
 """The greatest depth of nested types; ROS 2's deepest have seven."""
@@ -164,13 +167,21 @@ def default_text(value: bool | float | str | None, field: str, around: str) -> s
     return written(value) if value or (value is not None and field in _STATED.get(around, ())) else ""
 
 
+def array_text(values: Sequence[bool | float | str], count: Count) -> str:
+    """Return the default of an array as a `.msg` file writes it, empty where it writes none."""
+    idle = not any(values) if count is Count.FIXED else not values
+    return "" if idle else f"[{', '.join(map(written, values))}]"
+
+
 def written(value: bool | float | str) -> str:
     """Return a default or constant as `.msg` files write it.
 
     >>> written(1.0), written(True), written("a")
     ('1', 'true', '"a"')
     """
-    return json.dumps(value) if isinstance(value, str | bool) else repr(value).removesuffix(".0")
+    if isinstance(value, str):
+        return '"' + value.replace('"', '\\"') + '"'
+    return str(value).lower() if isinstance(value, bool) else repr(value).removesuffix(".0")
 
 
 def fields_of(individual: IndividualDescription) -> tuple[Field, ...]:
@@ -225,6 +236,29 @@ def service_types(name: str) -> list[IndividualDescription]:
         individual(event, [field.describe() for field in fields]),
         individual(name, [field.describe() for field in parts]),
     ]
+
+
+def action_types(name: str) -> list[IndividualDescription]:
+    """Return the types of an action besides its goal, result and feedback: services, a message, the action itself."""
+    _, stamp, uuid = ACTION_NEEDS
+    send_goal, get_result, feedback = (f"{name}_{part}" for part in ("SendGoal", "GetResult", "FeedbackMessage"))
+    goal_id = Field("goal_id", uuid, nested=True)
+    own = [Field(part, f"{name}_{part.title()}", nested=True) for part in ("goal", "result", "feedback")]
+    fields = {
+        f"{send_goal}_Request": [goal_id, own[0]],
+        f"{send_goal}_Response": [Field("accepted", "bool"), Field("stamp", stamp, nested=True)],
+        f"{get_result}_Request": [goal_id],
+        f"{get_result}_Response": [Field("status", "int8"), own[1]],
+        feedback: [goal_id, own[2]],
+        name: [
+            *own,
+            Field("send_goal_service", send_goal, nested=True),
+            Field("get_result_service", get_result, nested=True),
+            Field("feedback_message", feedback, nested=True),
+        ],
+    }
+    described = [individual(each, [field.describe() for field in of]) for each, of in fields.items()]
+    return [*described, *service_types(send_goal), *service_types(get_result)]
 
 
 def types_in(description: TypeDescription) -> dict[str, IndividualDescription]:

@@ -6,7 +6,6 @@ names it. Neither pydantic nor numpy is needed.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from struct import Struct, pack
 from struct import error as StructError  # noqa: N812 - it is an exception, whatever the standard library calls it
@@ -26,12 +25,10 @@ from busflow.interfaces.encoding.description import (
     is_empty,
     types_in,
 )
+from busflow.interfaces.encoding.stated_values import value_of
 from busflow.text import did_you_mean
 
 Writer: TypeAlias = Callable[[bytearray, Any], None]
-
-_QUOTES = "\"'"
-_TRUTH = {"true": True, "1": True, "false": False, "0": False}
 
 
 class _Unfit(Exception):
@@ -211,7 +208,7 @@ def _default(field: Field, around: str) -> Any:
     zero: Any = {} if field.nested else "" if not PRIMITIVES[field.base].size else _zero(field.base)
     if field.default and not field.nested:
         try:
-            return _stated(field)
+            return value_of(field)
         except ValueError:
             raise MalformedMessage(
                 f"{brief(field.default)} is no default of {field.base}", type_name=around, path=(field.name,)
@@ -238,25 +235,3 @@ class _Repeated(Sequence[Any]):
         if not 0 <= index < self._length:
             raise IndexError(index)
         return self._value
-
-
-def _stated(field: Field) -> Any:
-    """Return the default that a `.msg` file states as text."""
-    text = field.default.strip()
-    if field.count is not Count.ONE:
-        if field.base == "bool":
-            text = text.lower()
-        return json.loads(text.replace("'", '"'))
-    return _one(field.base, text)
-
-
-def _one(base: str, text: str) -> Any:
-    if base in ("string", "wstring"):
-        if text[0] == '"' == text[-1]:
-            return json.loads(text)
-        return text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in _QUOTES else text
-    if base == "bool":
-        if text.lower() not in _TRUTH:
-            raise ValueError(text)
-        return _TRUTH[text.lower()]
-    return float(text) if base.startswith("float") else int(text, 0)

@@ -18,6 +18,7 @@ from busflow.interfaces.encoding.description import (
     Field,
     IndividualDescription,
     TypeDescription,
+    array_text,
     assemble,
     default_text,
     individual,
@@ -236,5 +237,4 @@ def _default(field: FieldType, around: str) -> str:
     if value is None or field.array is ArrayKind.NONE:
         return default_text(value, field.name, around)
     values = cast("Sequence[Any]", value.tolist() if hasattr(value, "tolist") else value)
-    idle = not any(values) if field.array is ArrayKind.FIXED else not values
-    return "" if idle else f"[{', '.join(map(written, values))}]"
+    return array_text(values, _COUNTS[field.array])

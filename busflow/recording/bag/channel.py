@@ -158,16 +158,14 @@ def _json_type(channel: Channel) -> ForeignType:
 
 def _description(channel: Channel) -> Any:
     """The description of a ROS 2 type: what the bag says, or what busflow knows of a type that the bag only names."""
-    from busflow.interfaces.encoding import msg_text as definition
+    from busflow.definitions.recorded import parse
     from busflow.interfaces.encoding.builtin_types import builtin_types
     from busflow.interfaces.encoding.description import rihs01
-    from busflow.recording.bag.service_event import event_description, is_service_event_type
+    from busflow.interfaces.encoding.msg_text import ENCODING
 
     try:
-        if channel.definition_encoding == definition.ENCODING and channel.definition.strip():
-            if is_service_event_type(channel.type_name, channel.definition):
-                return event_description(channel.type_name, channel.definition)
-            return definition.parse(channel.type_name, channel.definition)
+        if channel.definition_encoding == ENCODING and channel.definition.strip():
+            return parse(channel.type_name, channel.definition)
         builtin = builtin_types().description(channel.type_name)
     except MalformedMessage as error:
         raise channel._unreadable(f"has a definition that cannot be read: {error}") from None  # noqa: SLF001  # as above

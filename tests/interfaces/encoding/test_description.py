@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
+from busflow.definitions.recorded import parse
 from busflow.errors import MalformedMessage, UnknownType
 from busflow.interfaces.encoding.description import (
     DEPTH,
@@ -24,7 +25,6 @@ from busflow.interfaces.encoding.description import (
     service_types,
     types_in,
 )
-from busflow.interfaces.encoding.msg_text import parse
 from busflow.interfaces.encoding.typesupport import describe
 from busflow.interfaces.message import find_type
 from busflow.msgs.geometry_msgs import PoseStamped

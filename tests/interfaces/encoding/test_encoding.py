@@ -24,11 +24,12 @@ from pydantic import Field, field_validator
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import busflow.msgs
+from busflow.definitions.recorded import parse
 from busflow.errors import IncompatibleType, MalformedMessage
 from busflow.interfaces.arrays import is_frozen
 from busflow.interfaces.encoding.cdr import Codec
 from busflow.interfaces.encoding.description import DEPTH
-from busflow.interfaces.encoding.msg_text import parse, ros2msg
+from busflow.interfaces.encoding.msg_text import ros2msg
 from busflow.interfaces.encoding.plain_reader import decoder_from_description
 from busflow.interfaces.encoding.plain_writer import encoder_from_description
 from busflow.interfaces.encoding.typesupport import TypeSupport, describe

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from busflow.definitions.recorded import parse
 from busflow.errors import MalformedMessage
-from busflow.interfaces.encoding.msg_text import parse
 from busflow.interfaces.encoding.plain_reader import decoder_from_description
 from busflow.interfaces.encoding.plain_writer import encoder_from_description
 from busflow.interfaces.encoding.typesupport import TypeSupport, describe

@@ -1,8 +1,8 @@
 """Messages of types without a class."""
 
+from busflow.definitions.recorded import parse
 from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.foreign import ForeignType
-from busflow.interfaces.encoding.msg_text import parse
 from busflow.interfaces.encoding.typesupport import TypeSupport, opaque
 
 

@@ -45,7 +45,7 @@ def test_json_is_read_as_it_is():
         (Channel("/a\x1b", "", "cdr", "", ""), r"/a\x1b, without a type, is described nowhere"),
         (Channel("/a", "x/msg/Y", "cdr", "Z z", "ros2msg"), "x/msg/Z, which x/msg/Y needs, is not described"),
         (Channel("/a", "x/msg/Y", "cdr", "Y y", "ros2msg"), "x/msg/Y holds itself"),
-        (Channel("/a", "x/msg/Y", "cdr", "bool\n", "ros2msg"), "line 1: 'bool' declares neither"),
+        (Channel("/a", "x/msg/Y", "cdr", "bool\n", "ros2msg"), "line 1, column 5: this field has no name"),
         (
             Channel("/a", "std_msgs/msg/Bool", "cdr", "", "", "RIHS01_" + "0" * 64),
             "is another version of the type than the one that busflow brings",

@@ -45,8 +45,8 @@ def test_every_ros_type_hashes_as_in_ros():
 
 
 def agrees(name):
+    from busflow.definitions.recorded import parse
     from busflow.interfaces.encoding.description import rihs01
-    from busflow.interfaces.encoding.msg_text import parse
 
     return rihs01(parse(name, STORE.generate_msgdef(name, ros_version=2)[0])) == STORE.hash_rihs01(name)
 

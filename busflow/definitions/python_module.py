@@ -1,0 +1,221 @@
+"""The Python module of a package: its types as the classes that a person would write."""
+
+from __future__ import annotations
+
+import keyword
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from busflow.definitions.definition import DefinedConstant, DefinedField, Kind, MessageDefinition, TypeDefinition
+from busflow.definitions.python_text import all_names, docstring, imports, literal
+from busflow.errors import InvalidDefinition, Place, Problem
+from busflow.interfaces.encoding.description import PRIMITIVES, Count
+from busflow.text import counted
+
+_HOME = "busflow.interfaces.message"
+_BASES = {Kind.MESSAGE: "Message", Kind.SERVICE: "ServiceType", Kind.ACTION: "ActionType"}
+_WORDS = {"bool": "bool", "string": "str"}
+"""Python's own words for a type of ROS 2."""
+_ELSEWHERE = {"Annotated": "typing", "ClassVar": "typing", "Sequence": "collections.abc"}
+_TAKEN = {"self", "cls"}
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """What a module was made of: the command, the package's version and licence, and the hash of each type."""
+
+    command: str
+    origin: str
+    hashes: Mapping[str, str]
+
+
+def module_text(
+    package: str, definitions: Sequence[TypeDefinition], home: Callable[[str, Place | None], str], sources: Sources
+) -> str:
+    """Return the source of a module.
+
+    Args:
+        package: Its name.
+        definitions: Its types.
+        home: Returns the module of a package that its types need.
+        sources: What the head of the file states.
+
+    Raises:
+        InvalidDefinition: A type cannot be a class; the problem says which and why.
+    """
+    return "\n".join(_Module(package, definitions, home).lines(sources)) + "\n"
+
+
+class _Module:
+    """A module while it is written: what its classes import."""
+
+    def __init__(
+        self, package: str, definitions: Sequence[TypeDefinition], home: Callable[[str, Place | None], str]
+    ) -> None:
+        self._package, self._home = package, home
+        self._definitions = _ordered(definitions)
+        self._own = {each.short for each in definitions}
+        _refuse_same_names(definitions)
+        parts = [part for each in definitions for part in each.parts]
+        declared = [(one.field.name, one.place) for part in parts for one in part.fields]
+        _refuse_names(declared)
+        self._names = {name for name, _ in declared} | {one.name for part in parts for one in part.constants}
+        self._imports: defaultdict[str, set[str]] = defaultdict(set)
+
+    def lines(self, sources: Sources) -> Iterator[str]:
+        """Yield the lines of the module."""
+        classes = [line for each in self._definitions for line in ("", "", *self._class(each))]
+        kinds = [(kind, sum(each.kind is kind for each in self._definitions)) for kind in Kind]
+        held = ", ".join(counted(count, kind.noun) for kind, count in kinds if count)
+        yield from docstring(f"`{self._package}`: {held}, from its definition files.", 0)
+        yield ""
+        yield from _head(sources)
+        yield ""
+        yield from imports(self._imports)
+        yield from all_names(self._own)
+        yield from classes
+
+    def _class(self, definition: TypeDefinition) -> Iterator[str]:
+        base = self._word(_BASES[definition.kind])
+        yield f'class {definition.short}({base}, package="{self._package}"):'
+        if definition.kind is Kind.MESSAGE:
+            (part,) = definition.parts
+            yield from self._body(part, definition.comment or f"The message `{definition.name}`.", 1)
+            return
+        yield from docstring(definition.comment or f"The {definition.kind.noun} `{definition.name}`.", 1)
+        for part in definition.parts:
+            word = part.name.rpartition("_")[2]
+            yield ""
+            yield f"    class {word}({self._word('Message')}):"
+            yield from self._body(part, part.comment or f"The {word.lower()}.", 2)
+
+    def _body(self, part: MessageDefinition, comment: str, depth: int) -> Iterator[str]:
+        indent = "    " * depth
+        yield from docstring(comment, depth)
+        for declared in (part.constants, part.fields):
+            if declared:
+                yield ""
+            for each in declared:
+                text = self._constant(each) if isinstance(each, DefinedConstant) else self._field(each)
+                yield f"{indent}{text}"
+                if each.comment:
+                    yield from docstring(each.comment, depth)
+
+    def _constant(self, constant: DefinedConstant) -> str:
+        word = "bool" if constant.base == "bool" else self._word(constant.base)
+        return f"{constant.name}: {self._word('ClassVar')}[{word}] = {literal(constant.value)}"
+
+    def _field(self, defined: DefinedField) -> str:
+        return f"{defined.field.name}: {self._annotation(defined)} = {self._default(defined)}"
+
+    def _annotation(self, defined: DefinedField) -> str:
+        field = defined.field
+        if field.count is Count.ONE:
+            return self._one(defined)
+        if not field.nested and PRIMITIVES[field.base].size:
+            many = self._word(f"{field.base.title().replace('Uint', 'UInt')}Array")
+        else:
+            many = f"{self._word('Sequence')}[{self._one(defined)}]"
+        if field.count is Count.UNBOUNDED:
+            return many
+        limit = field.size if field.count is Count.FIXED else f"max={field.size}"
+        return f"{self._word('Annotated')}[{many}, {self._word('Length')}({limit})]"
+
+    def _one(self, defined: DefinedField) -> str:
+        """Return the annotation of one value."""
+        field = defined.field
+        if field.nested:
+            return self._message(defined)
+        word = _WORDS.get(field.base) or self._word(field.base)
+        if not field.string_bound:
+            return word
+        return f"{self._word('Annotated')}[{word}, {self._word('Length')}(max={field.string_bound})]"
+
+    def _default(self, defined: DefinedField) -> str:
+        field, value = defined.field, defined.default
+        number = not field.nested and PRIMITIVES[field.base].size > 0
+        if field.count is Count.ONE:
+            zero = False if field.base == "bool" else 0.0 if field.base.startswith("float") else 0 if number else ""
+            return f"{self._message(defined)}()" if field.nested else literal(zero if value is None else value)
+        if number:
+            if isinstance(value, tuple):
+                return f"{self._word('array')}([{', '.join(map(literal, value))}])"
+            return f"{self._word('zeros')}({field.size if field.count is Count.FIXED else ''})"
+        if isinstance(value, tuple):
+            return literal(value) if not value else f"({', '.join(map(literal, value))},)"
+        one = f"{self._message(defined)}()" if field.nested else '""'
+        return f"({one},) * {field.size}" if field.count is Count.FIXED else "()"
+
+    def _message(self, defined: DefinedField) -> str:
+        """Return the name of a message class, imported if it is of another package."""
+        package, _, short = defined.field.base.split("/")
+        if package == self._package:
+            return short
+        module = self._home(defined.field.base, defined.type_place)
+        if short in self._own or self._word_of(short, module) is None:
+            above, _, name = module.rpartition(".")
+            self._imports[above or "."].add(name)
+            return f"{name}.{short}"
+        self._imports[module].add(short)
+        return short
+
+    def _word_of(self, short: str, module: str) -> str | None:
+        """Return the name by which a class is imported; None where another one is meant by that."""
+        others = (names for each, names in self._imports.items() if each != module)
+        return None if short in _ELSEWHERE or any(short in names for names in others) else short
+
+    def _word(self, word: str) -> str:
+        """Return a word of the language of types, imported; under another name where the package has that name."""
+        hidden = word in self._own or word in self._names
+        self._imports[_ELSEWHERE.get(word, _HOME)].add(f"{word} as _{word}" if hidden else word)
+        return f"_{word}" if hidden else word
+
+
+def _head(sources: Sources) -> Iterator[str]:
+    yield f"# {sources.command}"
+    yield f"# wrote this from {sources.origin}. Change the files there, and run it again:"
+    width = max(map(len, sources.hashes))
+    yield from (f"#   {name:{width}}  {found}" for name, found in sources.hashes.items())
+
+
+def _ordered(definitions: Sequence[TypeDefinition]) -> list[TypeDefinition]:
+    """Return the types by name, each behind those of the package that it needs."""
+    by_name = {each.name: each for each in definitions}
+    done: dict[str, TypeDefinition] = {}
+
+    def add(each: TypeDefinition) -> None:
+        for needed, _ in each.needs():
+            if needed in by_name and needed not in done:
+                add(by_name[needed])
+        done.setdefault(each.name, each)
+
+    for name in sorted(by_name, key=lambda each: (list(Kind).index(by_name[each].kind), each)):
+        add(by_name[name])
+    return list(done.values())
+
+
+def _refuse_same_names(definitions: Sequence[TypeDefinition]) -> None:
+    seen: dict[str, TypeDefinition] = {}
+    for each in definitions:
+        other = seen.setdefault(each.short, each)
+        if other is not each:
+            message = f"{other.name} and {each.name} cannot both be a class {each.short} of one module"
+            raise InvalidDefinition([Problem("same-name", message, "rename one of them")])
+
+
+def _refuse_names(declared: Sequence[tuple[str, Place]]) -> None:
+    """Refuse fields that a class cannot have; tools that need no class take them."""
+    from busflow.interfaces.message import Message
+
+    problems: list[Problem] = []
+    for name, place in declared:
+        if keyword.iskeyword(name) or name in _TAKEN:
+            problems.append(
+                Problem("invalid-name", f"a class has no field {name}: Python reserves the word", None, place)
+            )
+        elif hasattr(Message, name):
+            message = f"a class has no field {name}: it is a method of every message"
+            problems.append(Problem("invalid-name", message, None, place))
+    if problems:
+        raise InvalidDefinition(problems)

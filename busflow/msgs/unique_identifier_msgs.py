@@ -1,0 +1,21 @@
+"""`unique_identifier_msgs`: 1 message, from its definition files."""
+
+# busflow interface generate unique_identifier_msgs --to busflow/msgs
+# wrote this from definition files of unique_identifier_msgs 2.7.0 (BSD). Change the files there, and run it again:
+#   msg/UUID.msg  RIHS01_1b8e8aca958cbea28fe6ef60bf6c19b683c97a9ef60bb34752067d0f2f7ab437
+
+from typing import Annotated
+
+from busflow.interfaces.message import Length, Message, UInt8Array, zeros
+
+__all__ = ["UUID"]
+
+
+class UUID(Message, package="unique_identifier_msgs"):
+    """A universally unique identifier (UUID).
+
+    http://en.wikipedia.org/wiki/Universally_unique_identifier
+    http://tools.ietf.org/html/rfc4122.html
+    """
+
+    uuid: Annotated[UInt8Array, Length(16)] = zeros(16)

@@ -1,0 +1,121 @@
+"""A generated module is source that Python and pyright take, and its classes are the types of the files.
+
+Tests of `python_module.py` and `generator.py` over whole packages.
+"""
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from busflow.definitions.generator import generate
+from busflow.definitions.library import Library
+from busflow.errors import InvalidDefinition, UnknownType
+from busflow.interfaces.encoding.description import rihs01
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from tests.definitions.test_library import write
+
+FILES = {
+    "grip_msgs/package.xml": "<name>grip_msgs</name><version>1.2.0</version><license>Apache-2.0</license>",
+    "grip_msgs/msg/Finger.msg": "# One finger.\n\nstring<=8 name\n# In newtons,\n# never below 0.\nfloat32 force 0.5\n",
+    "grip_msgs/msg/Grip.msg": """\
+# How it holds.
+
+uint8 OPEN=0  # nothing held
+string NAME="a \\"b\\""
+bool[2] pair [true, false]
+int8[] numbers [1, -2]
+float64[<=3] gains
+string[<=2] words ["a", 'b']
+string[3] three
+string<=4[] short
+wstring wide "é"
+char letter 65
+byte[] raw
+Finger finger
+Finger[2] two
+Finger[] fingers
+geometry_msgs/Point[<=4] contacts
+Length length
+Point point
+geometry_msgs/Point other
+float64 zeros
+""",
+    "grip_msgs/msg/Length.msg": "float64 value\n",
+    "grip_msgs/msg/Point.msg": "int8 x\n",
+    "grip_msgs/srv/Close.srv": "# Closes.\n\nfloat32 force 1e-3\n---\n# What came.\n\nbool done true\nGrip grip\n",
+    "user_msgs/msg/Hand.msg": "grip_msgs/Finger[5] fingers\n# A path: C:\\new\nint64 x -9223372036854775808\n",
+}
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory) -> Path:
+    return write(tmp_path_factory.mktemp("src"), FILES)
+
+
+@pytest.fixture(scope="module")
+def module(sources, tmp_path_factory):
+    """The two packages as modules of a package `made_robot`, imported."""
+    folder = tmp_path_factory.mktemp("made") / "made_robot"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    for made in generate(Library([sources]), ["grip_msgs", "user_msgs"], folder):
+        made.path.write_text(made.text)
+    sys.path.insert(0, str(folder.parent))
+    yield {name: importlib.import_module(f"made_robot.{name}") for name in ("grip_msgs", "user_msgs")}
+    sys.path.remove(str(folder.parent))
+
+
+def test_classes_have_the_types_of_the_files(sources, module):
+    library = Library([sources])
+    for name in library.names:
+        package, _, word = name.split("/")
+        support = TypeSupport(getattr(module[package], word))
+        assert (support.name, support.type_hash) == (name, rihs01(library.description(name)))
+        assert f"RIHS01_{support.type_hash[7:]}" in Path(module[package].__file__).read_text()
+
+
+def test_defaults_and_constants_are_those_of_the_files(module):
+    grip_msgs = module["grip_msgs"]
+    grip = grip_msgs.Grip()
+    assert (grip_msgs.Grip.OPEN, grip_msgs.Grip.NAME) == (0, 'a "b"')
+    assert (grip.pair.tolist(), grip.numbers.tolist(), grip.gains.tolist()) == ([True, False], [1, -2], [])
+    assert (grip.words, grip.three, grip.short, grip.wide, grip.letter) == (("a", "b"), ("", "", ""), (), "é", 65)
+    assert grip.two == (grip_msgs.Finger(), grip_msgs.Finger(force=0.5))
+    assert (grip_msgs.Close.Request().force, grip_msgs.Close.Response().done) == (pytest.approx(1e-3), True)
+    assert module["user_msgs"].Hand().x == -(1 << 63)
+    assert "\\new" in Path(module["user_msgs"].__file__).read_text()
+
+
+def test_comments_are_docstrings(module):
+    text = Path(module["grip_msgs"].__file__).read_text()
+    assert module["grip_msgs"].Finger.__doc__ == "One finger."
+    assert module["grip_msgs"].Close.Response.__doc__ == "What came."
+    assert '    force: float32 = 0.5\n    """In newtons,\n    never below 0.\n    """\n' in text
+    assert '    OPEN: ClassVar[uint8] = 0\n    """nothing held"""\n' in text
+    assert '"""`grip_msgs`: 4 messages, 1 service, from its definition files."""\n' in text
+    assert "grip_msgs 1.2.0 (Apache-2.0)" in text
+
+
+def test_what_no_module_can_hold_is_refused(sources, tmp_path):
+    library = Library([sources])
+    with pytest.raises(InvalidDefinition, match=r"Hand.msg:1:1: error: grip_msgs is in no module beside this one"):
+        generate(library, ["user_msgs"], tmp_path)
+    with pytest.raises(UnknownType, match="did you mean 'grip_msgs'"):
+        generate(library, ["grip_msg"], tmp_path)
+    files = {
+        "p/msg/A.msg": "int8 json\nint8 class\n",
+        "q/msg/B.msg": "",
+        "q/srv/B.srv": "---",
+        "r/msg/C.idl": "",
+    }
+    library = Library([write(tmp_path, files)])
+    with pytest.raises(InvalidDefinition) as refused:
+        generate(library, ["p"], tmp_path)
+    assert "A.msg:1:6: error: a class has no field json: it is a method of every message" in str(refused.value)
+    assert "A.msg:2:6: error: a class has no field class: Python reserves the word" in str(refused.value)
+    with pytest.raises(InvalidDefinition, match="q/msg/B and q/srv/B cannot both be a class B"):
+        generate(library, ["q"], tmp_path)
+    with pytest.raises(UnknownType, match="busflow reads no"):
+        generate(library, ["r"], tmp_path)
