@@ -61,8 +61,8 @@ def _generated(library: Library, package: str, together: frozenset[str], to: Pat
     def home(name: str, place: Place | None) -> str:
         return _home(name.partition("/")[0], together, to, place)
 
-    described = " ".join(["definition files of", package, *found.stated("version")])
-    licences = ", ".join(found.stated("license"))
+    described = " ".join([package, *found.stated("version")])
+    licences = ", ".join(dict.fromkeys(found.stated("license")))
     hashes = {f"{each.kind}/{each.short}.{each.kind}": rihs01(library.description(each.name)) for each in definitions}
     sources = Sources(command([package], to), f"{described} ({licences})" if licences else described, hashes)
     text = module_text(package, definitions, home, sources)

@@ -17,7 +17,12 @@ _HOME = "busflow.interfaces.message"
 _BASES = {Kind.MESSAGE: "Message", Kind.SERVICE: "ServiceType", Kind.ACTION: "ActionType"}
 _WORDS = {"bool": "bool", "string": "str"}
 """Python's own words for a type of ROS 2."""
-_ELSEWHERE = {"Annotated": "typing", "ClassVar": "typing", "Sequence": "collections.abc"}
+_ELSEWHERE = {
+    "ActionType": "busflow.interfaces.action",
+    "Annotated": "typing",
+    "ClassVar": "typing",
+    "Sequence": "collections.abc",
+}
 _TAKEN = {"self", "cls"}
 
 
@@ -174,7 +179,7 @@ class _Module:
 
 def _head(sources: Sources) -> Iterator[str]:
     yield f"# {sources.command}"
-    yield f"# wrote this from {sources.origin}. Change the files there, and run it again:"
+    yield f"# wrote this from {sources.origin}. Change its files instead, and run that again:"
     width = max(map(len, sources.hashes))
     yield from (f"#   {name:{width}}  {found}" for name, found in sources.hashes.items())
 

@@ -32,7 +32,8 @@ def docstring(text: str, depth: int) -> list[str]:
     safe = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
     if "\n" not in safe and len(indent) + len(safe) + 6 <= WIDTH and not safe.endswith('"'):
         return [f'{indent}"""{safe}"""']
-    first, *rest = safe.split("\n")
+    first, _, others = safe.partition("\n")
+    rest = textwrap.dedent(others).split("\n")  # what indents all of them a formatter takes away
     lines = [
         *_wrapped(first, WIDTH - len(indent) - 3),
         *(part for line in rest for part in _wrapped(line, WIDTH - len(indent))),

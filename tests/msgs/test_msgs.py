@@ -1,8 +1,9 @@
 """The standard messages are ROS 2's, field by field, and each survives being dumped, printed as JSON and pickled.
 
-Tests of `action_msgs.py`, `builtin_interfaces.py`, `diagnostic_msgs.py`, `geometry_msgs.py`, `nav_msgs.py`,
-`rosgraph_msgs.py`, `service_msgs.py`, `std_msgs.py`, `std_srvs.py`, `tf2_msgs.py`, `trajectory_msgs.py` and
-`unique_identifier_msgs.py`. A test runs for a package, over all its types.
+Tests of `action_msgs.py`, `builtin_interfaces.py`, `diagnostic_msgs.py`, `geometry_msgs.py`, `lifecycle_msgs.py`,
+`nav_msgs.py`, `rosgraph_msgs.py`, `service_msgs.py`, `shape_msgs.py`, `std_msgs.py`, `std_srvs.py`, `stereo_msgs.py`,
+`tf2_msgs.py`, `trajectory_msgs.py`, `unique_identifier_msgs.py`, `vision_msgs.py` and `visualization_msgs.py`. A test
+runs for a package, over all its types.
 """
 
 import copy
