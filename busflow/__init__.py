@@ -6,6 +6,13 @@ All public names of the core are here. They are imported at first use, so that t
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from busflow.actions.client import ActionClient as ActionClient
+    from busflow.actions.client import SentGoal as SentGoal
+    from busflow.actions.declarations import action as action
+    from busflow.actions.declarations import action_client as action_client
+    from busflow.actions.goal import GoalState as GoalState
+    from busflow.actions.goal import RunningGoal as RunningGoal
+    from busflow.actions.server import ActionServer as ActionServer
     from busflow.bus.events import DeadlineMissed as DeadlineMissed
     from busflow.bus.events import LivelinessChanged as LivelinessChanged
     from busflow.bus.events import LivelinessLost as LivelinessLost
@@ -27,8 +34,15 @@ if TYPE_CHECKING:
     from busflow.clock import Clock as Clock
     from busflow.clock import Duration as Duration
     from busflow.clock import Time as Time
+    from busflow.errors import ActionError as ActionError
+    from busflow.errors import ActionGone as ActionGone
+    from busflow.errors import ActionUnavailable as ActionUnavailable
     from busflow.errors import BusflowError as BusflowError
     from busflow.errors import DeadlockError as DeadlockError
+    from busflow.errors import GoalAborted as GoalAborted
+    from busflow.errors import GoalCanceled as GoalCanceled
+    from busflow.errors import GoalRejected as GoalRejected
+    from busflow.errors import GoalTimeout as GoalTimeout
     from busflow.errors import LaunchError as LaunchError
     from busflow.errors import NodeFailed as NodeFailed
     from busflow.errors import SendTimeout as SendTimeout
@@ -38,6 +52,7 @@ if TYPE_CHECKING:
     from busflow.errors import ServiceTimeout as ServiceTimeout
     from busflow.errors import ServiceUnavailable as ServiceUnavailable
     from busflow.errors import WouldBlock as WouldBlock
+    from busflow.interfaces.action import ActionType as ActionType
     from busflow.interfaces.message import Length as Length
     from busflow.interfaces.message import Message as Message
     from busflow.interfaces.message import ServiceType as ServiceType
@@ -59,6 +74,12 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph as Graph
 
 _HOMES = {
+    "ActionClient": "actions.client",
+    "ActionError": "errors",
+    "ActionGone": "errors",
+    "ActionServer": "actions.server",
+    "ActionType": "interfaces.action",
+    "ActionUnavailable": "errors",
     "BusflowError": "errors",
     "Client": "bus.services.client",
     "Clock": "clock",
@@ -67,6 +88,11 @@ _HOMES = {
     "DeadlockError": "errors",
     "Durability": "bus.qos",
     "Duration": "clock",
+    "GoalAborted": "errors",
+    "GoalCanceled": "errors",
+    "GoalRejected": "errors",
+    "GoalState": "actions.goal",
+    "GoalTimeout": "errors",
     "Graph": "runner.graph",
     "LaunchError": "errors",
     "Length": "interfaces.message",
@@ -83,9 +109,11 @@ _HOMES = {
     "QoS": "bus.qos",
     "ReadOnly": "node.parameters",
     "Reliability": "bus.qos",
-    "SENSOR_DATA": "bus.qos",
     "RestartPolicy": "node.supervision",
+    "RunningGoal": "actions.goal",
+    "SENSOR_DATA": "bus.qos",
     "SendTimeout": "errors",
+    "SentGoal": "actions.client",
     "Server": "bus.services.server",
     "ServiceError": "errors",
     "ServiceFailed": "errors",
@@ -99,6 +127,8 @@ _HOMES = {
     "Time": "clock",
     "Timer": "bus.timer",
     "WouldBlock": "errors",
+    "action": "actions.declarations",
+    "action_client": "actions.declarations",
     "client": "node.declarations",
     "launch": "program",
     "on_event": "node.handlers",
@@ -116,6 +146,12 @@ __all__ = [
     "DEFAULT",
     "SENSOR_DATA",
     "TRANSIENT_LOCAL",
+    "ActionClient",
+    "ActionError",
+    "ActionGone",
+    "ActionServer",
+    "ActionType",
+    "ActionUnavailable",
     "BusflowError",
     "Client",
     "Clock",
@@ -123,6 +159,11 @@ __all__ = [
     "DeadlockError",
     "Durability",
     "Duration",
+    "GoalAborted",
+    "GoalCanceled",
+    "GoalRejected",
+    "GoalState",
+    "GoalTimeout",
     "Graph",
     "LaunchError",
     "Length",
@@ -140,7 +181,9 @@ __all__ = [
     "ReadOnly",
     "Reliability",
     "RestartPolicy",
+    "RunningGoal",
     "SendTimeout",
+    "SentGoal",
     "Server",
     "ServiceError",
     "ServiceFailed",
@@ -153,6 +196,8 @@ __all__ = [
     "Time",
     "Timer",
     "WouldBlock",
+    "action",
+    "action_client",
     "client",
     "launch",
     "on_event",

@@ -195,6 +195,40 @@ class ServiceTimeout(ServiceError, TimeoutError):
     """There was no answer in time."""
 
 
+class ActionError(BusflowError):
+    """A goal of an action did not succeed."""
+
+
+class ActionUnavailable(ActionError):
+    """The action has no server, or its server has no room for another request."""
+
+
+class ActionGone(ActionError):
+    """The server's node ended before the goal had, or it knows nothing of the goal any more."""
+
+
+class GoalRejected(ActionError):
+    """The server does not take the goal; the message has its reason."""
+
+
+class GoalAborted(ActionError):
+    """The server gave the goal up: its handler raised, or another goal has replaced this one."""
+
+    result: object | None = None
+    """The `Result` that the server sent."""
+
+
+class GoalCanceled(ActionError):
+    """The goal was canceled."""
+
+    result: object | None = None
+    """The `Result` that the server sent."""
+
+
+class GoalTimeout(ActionError, TimeoutError):
+    """The goal did not end in time; it is canceled."""
+
+
 class DeadlockError(BusflowError, RuntimeError):
     """A call would wait for a server that waits for its caller; the message names the chain.
 

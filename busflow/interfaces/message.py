@@ -97,7 +97,7 @@ class Message(BaseModel, metaclass=_Frozen):
         if cls.__name__ in ("Request", "Response") and outer and not outer.endswith("<locals>"):
             cls.__ros_name__ = cls.__qualname__  # the service around it gives it its name
         else:
-            cls.__ros_name__ = _full_name(cls, "msg", package)
+            cls.__ros_name__ = full_name(cls, "msg", package)
         for name, annotation in written_annotations(cls).items():
             if "ClassVar" not in str(annotation) and not name.startswith("_"):
                 _check_field_name(cls, name)
@@ -204,7 +204,7 @@ class ServiceType:
 
     def __init_subclass__(cls, *, package: str | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        cls.__ros_name__ = _full_name(cls, "srv", package)
+        cls.__ros_name__ = full_name(cls, "srv", package)
         for part in ("Request", "Response"):
             message: Any = vars(cls).get(part)
             if not (isinstance(message, type) and issubclass(message, Message)):
@@ -327,7 +327,7 @@ def _check_field_name(cls: type[Message], name: str) -> None:
         raise InvalidDeclaration(f"{cls.__name__}.{name}: this is a method of every message; name the field otherwise")
 
 
-def _full_name(cls: type, kind: str, package: str | None) -> str:
+def full_name(cls: type, kind: str, package: str | None) -> str:
     """Return `package/kind/Class`; raise an error that names the wrong part."""
     if not _TYPE_NAME.fullmatch(cls.__name__):
         raise InvalidDeclaration(f"{cls.__name__}: a message type is named in letters and digits, a capital first")

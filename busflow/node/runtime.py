@@ -205,7 +205,7 @@ class NodeRuntime:
         line: Line | None,
     ) -> Server[Any, Any]:
         """Create a server; it is connected at once if the node is."""
-        endpoint = self._service_endpoint(service_type, service, origin, line)
+        endpoint = self.service_endpoint(service_type, service, origin, line)
         server = Server[Any, Any](endpoint.type, endpoint, handler, depth=depth)
         self.endpoints.add(server)
         return server
@@ -214,12 +214,13 @@ class NodeRuntime:
         self, service_type: Any, service: str, *, origin: str, line: Line | None = None
     ) -> Client[Any, Any]:
         """Create a client; it is connected at once if the node is."""
-        endpoint = self._service_endpoint(service_type, service, origin, line)
+        endpoint = self.service_endpoint(service_type, service, origin, line)
         client = Client[Any, Any](endpoint.type, endpoint)
         self.endpoints.add(client)
         return client
 
-    def _service_endpoint(self, service_type: Any, service: str, origin: str, line: Line | None) -> ServiceEndpoint:
+    def service_endpoint(self, service_type: Any, service: str, origin: str, line: Line | None) -> ServiceEndpoint:
+        """Describe an end of a service, for a server or client that is made and added elsewhere."""
         checked = checked_service_type(service_type, origin)
         self._refuse_after_the_end(origin)
         resolved = self.resolve(service, service=True)

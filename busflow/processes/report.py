@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from busflow.actions.names import SEND_GOAL
+from busflow.actions.statistics import GoalClientStatistics, GoalServerStatistics
 from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
 from busflow.bus.qos import Overflow
 from busflow.bus.statistics import (
@@ -95,14 +97,22 @@ def _read(report: Mapping[str, Any] | None, *, dead: bool) -> _LifeReport:
                 ServiceReport,
                 each
                 | {
-                    "servers": tuple(_of(ServerStatistics, line) for line in each["servers"]),
-                    "clients": tuple(_of(ClientStatistics, line) for line in each["clients"]),
+                    "servers": tuple(_of(_server_kind(each), line) for line in each["servers"]),
+                    "clients": tuple(_of(_client_kind(each), line) for line in each["clients"]),
                 },
             )
             for each in report["services"]
         ],
         [_of(TimerStatistics, each) for each in report["timers"]],
     )
+
+
+def _server_kind(service: Mapping[str, Any]) -> type[ServerStatistics]:
+    return GoalServerStatistics if service["name"].endswith(SEND_GOAL) else ServerStatistics
+
+
+def _client_kind(service: Mapping[str, Any]) -> type[ClientStatistics]:
+    return GoalClientStatistics if service["name"].endswith(SEND_GOAL) else ClientStatistics
 
 
 def _topic(report: Mapping[str, Any], *, dead: bool) -> TopicReport:

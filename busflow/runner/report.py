@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from busflow.actions.accounts import action_accounts
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.interfaces.message import type_name
@@ -174,6 +175,7 @@ class Report:
 
     def as_json(self) -> dict[str, Any]:
         """The report as `--report FILE` writes it."""
+        services = [asdict(service) for service in self.services]
         return {
             "name": self.name,
             "seed": self.seed,
@@ -182,7 +184,8 @@ class Report:
             "exit_code": int(self.exit_code),
             "nodes": [asdict(node) for node in self.nodes],
             "topics": [_topic_json(topic) for topic in self.topics],
-            "services": [asdict(service) for service in self.services],
+            "services": services,
+            "actions": list(action_accounts(services)),
             "timers": [asdict(timer) for timer in self.timers],
             "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
             "blocks": [asdict(each) for each in self.blocks],

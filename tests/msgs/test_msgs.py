@@ -21,7 +21,7 @@ from rosbags.typesys import Stores, get_typestore
 
 import busflow.msgs
 from busflow.interfaces.encoding.description import rihs01
-from busflow.interfaces.encoding.typesupport import describe
+from busflow.interfaces.encoding.typesupport import TypeSupport, describe
 from busflow.interfaces.fields import PRIMITIVES
 from busflow.interfaces.message import (
     ArrayKind,
@@ -33,6 +33,7 @@ from busflow.interfaces.message import (
     is_ros_type,
     type_name,
 )
+from busflow.runner.service_events import event_class
 from tests.interfaces.any_message import messages
 from tests.new_interpreter import printed_by
 
@@ -120,6 +121,14 @@ def test_each_package_is_complete():
     known = {name for name in [*ROS.fielddefs, *CASES] if name.split("/")[0] in PACKAGES}
     assert set(MESSAGES) == {name for name in known if "/msg/" in name}
     assert set(PARTS) == {name for name in known if "/srv/" in name}
+
+
+def test_service_that_cancels_goals_has_ros_hashes():
+    """Those that rosidl computed; the event's covers the response."""
+    known = json.loads((Path(__file__).parents[1] / "cases/g_rihs01.json").read_text("utf-8"))["cases"]
+    expected = {each["type"]: each["rihs01"] for each in known if each["type"].startswith("action_msgs/srv/")}
+    cancel = SERVICES["action_msgs/srv/CancelGoal"]
+    assert {type_name(each): TypeSupport(each).type_hash for each in (cancel.Request, event_class(cancel))} == expected
 
 
 @each_package

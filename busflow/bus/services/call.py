@@ -74,9 +74,8 @@ class Answerer(Protocol):
         """The full name of its node."""
         ...
 
-    @property
-    def holder(self) -> Activity | None:
-        """The activity that must end before the next call is taken, if known in this process."""
+    def holder(self, call: Call[Any, Any]) -> Activity | None:
+        """Return the activity that must end before a call is answered, if known in this process."""
         ...
 
     def accept(self, call: Call[Any, Any]) -> None:
@@ -107,7 +106,7 @@ class Asker(Protocol):
 class Call(Generic[Req, Res]):
     """One request, and the answer to come."""
 
-    __slots__ = ("activity", "caller", "limit_s", "number", "reply", "request", "service")
+    __slots__ = ("activity", "caller", "expiry", "limit_s", "number", "remark", "reply", "request", "service")
 
     def __init__(self, service: str, number: int, request: Req, caller: str, limit_s: float | None = None) -> None:
         """Create a call on the running loop.
@@ -126,6 +125,10 @@ class Call(Generic[Req, Res]):
         self.limit_s: float | None = limit_s
         self.activity: Activity = Activity(service)
         """The server's activity of answering it."""
+        self.remark: str = ""
+        """What the server says beside its answer, for people; ROS 2's services have no place for it."""
+        self.expiry: asyncio.TimerHandle | None = None
+        """The timer of its limit."""
         self.reply: asyncio.Future[Res] = asyncio.get_running_loop().create_future()
 
     def succeed(self, response: Res) -> None:
@@ -148,18 +151,18 @@ class Call(Generic[Req, Res]):
         return self.reply.exception() or self.reply.result()
 
 
-def refuse_cycle(name: str, answerer: Callable[[str], Answerer | None], waiting: Activity) -> None:
+def refuse_cycle(call: Call[Any, Any], answerer: Callable[[str], Answerer | None], waiting: Activity) -> None:
     """Refuse a call by an activity to a service that waits for that activity.
 
     Args:
-        name: The service.
+        call: The call.
         answerer: Returns the server of a service, by its name.
         waiting: The activity that makes the call.
 
     Raises:
         DeadlockError: naming the chain.
     """
-    chain = _chain(name, answerer, waiting, set())
+    chain = _chain(call, answerer, waiting, set())
     if chain is not None:
         steps = ", which waits for ".join(chain)
         raise DeadlockError(
@@ -169,19 +172,19 @@ def refuse_cycle(name: str, answerer: Callable[[str], Answerer | None], waiting:
 
 
 def _chain(
-    name: str, answerer: Callable[[str], Answerer | None], waiting: Activity, seen: set[str]
+    call: Call[Any, Any], answerer: Callable[[str], Answerer | None], waiting: Activity, seen: set[Activity]
 ) -> list[str] | None:
-    """Return the names from a service to the waiting activity, if the service waits for it."""
-    server = None if name in seen else answerer(name)
-    seen.add(name)
-    holder = None if server is None else server.holder
-    if holder is None:
+    """Return the names from the service of a call to the waiting activity, if the call waits for it."""
+    server = answerer(call.service)
+    holder = None if server is None else server.holder(call)
+    if holder is None or holder in seen:
         return None
-    names = [name] if holder.name == name else [name, holder.name]
+    seen.add(holder)
+    names = [call.service] if holder.name == call.service else [call.service, holder.name]
     if holder is waiting:
         return names
-    for call in holder.calls:
-        found = _chain(call.service, answerer, waiting, seen)
+    for each in holder.calls:
+        found = _chain(each, answerer, waiting, seen)
         if found is not None:
             return names + found
     return None

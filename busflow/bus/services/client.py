@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from functools import partial
 from typing import TYPE_CHECKING, Generic, cast
 
-from busflow.bus.services.call import Req, Res
+from busflow.bus.services.call import Call, Req, Res
 from busflow.bus.services.service import Service
 from busflow.bus.statistics import ClientStatistics
 from busflow.errors import BusflowError, IncompatibleType, NotRunning
@@ -63,13 +64,7 @@ class Client(Generic[Req, Res]):
             IncompatibleType: the request is of another type.
         """
         service = self._attached()
-        asked = cast("Req", self.type.Request()) if request is None else request
-        if type(asked) is not self.type.Request:
-            given = type_name(type(asked)) if isinstance(asked, Message) else repr(asked)  # type: ignore[redundant-expr]  # users without a type checker
-            raise IncompatibleType(
-                f"{self.endpoint.origin} asks {self.service} with a {type_name(self.type.Request)}, not "
-                f"{printable(given, limit=200)}"
-            )
+        asked = self._checked(request)
         check_timeout(timeout)
         self.called += 1
         try:
@@ -82,6 +77,45 @@ class Client(Generic[Req, Res]):
             raise
         self.answered += 1
         return response
+
+    def post(self, request: Req, *, timeout: float | None = None) -> Call[Req, Res]:
+        """Send a request without waiting, and return its call: `reply` is the future answer.
+
+        To cancel the reply withdraws the request. What `call` raises when it is awaited is the reply's exception.
+        """
+        service = self._attached()
+        call = service.begin(self._checked(request), caller=self.endpoint.node, timeout_s=timeout)
+        self.called += 1
+        call.reply.add_done_callback(partial(self._ended, service, call))
+        return call
+
+    def refuse_cycle(self, call: Call[Req, Res]) -> None:
+        """Refuse to wait for a posted call that waits for the running code.
+
+        Raises:
+            DeadlockError: naming the chain.
+        """
+        self._attached().refuse_cycle(call)
+
+    def _ended(self, service: Service[Req, Res], call: Call[Req, Res], _reply: object) -> None:
+        service.end(call)
+        outcome = call.outcome
+        if isinstance(outcome, BusflowError):
+            self.errors[type(outcome).__name__] += 1
+        elif isinstance(outcome, BaseException):
+            self.cancelled += 1
+        else:
+            self.answered += 1
+
+    def _checked(self, request: Req | None) -> Req:
+        asked = cast("Req", self.type.Request()) if request is None else request
+        if type(asked) is not self.type.Request:
+            given = type_name(type(asked)) if isinstance(asked, Message) else repr(asked)  # type: ignore[redundant-expr]  # users without a type checker
+            raise IncompatibleType(
+                f"{self.endpoint.origin} asks {self.service} with a {type_name(self.type.Request)}, not "
+                f"{printable(given, limit=200)}"
+            )
+        return asked
 
     async def ready(self, *, timeout: float | None = TIMEOUT_S) -> bool:  # noqa: ASYNC109  # as above
         """Wait until the service has a server, and return True, for a loop as ROS 2's: `while not await ….ready()`.

@@ -78,9 +78,8 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
         """The full name of its node."""
         return self.endpoint.node
 
-    @property
-    def holder(self) -> Activity | None:
-        """The activity that must end before the next request is taken."""
+    def holder(self, call: Call[Req, Res]) -> Activity | None:  # noqa: ARG002  # it waits for the same as all others
+        """Return the activity that must end before the next request is taken."""
         if self._serving is not None:
             return self._serving.activity
         return None if self._open else self._starting

@@ -78,40 +78,53 @@ class Service(DeliverySource, Generic[Req, Res]):
             ServiceError: there is no answer, for one of its reasons.
             DeadlockError: the server waits for the caller.
         """
-        if get_ident() != self._thread:
-            raise NotRunning(f"a call of {self.name} must be awaited on the graph's own event loop")
-        self._calls += 1
-        call: Call[Req, Res] = Call(self.name, self._calls, request, caller, timeout_s)
+        call = self.begin(request, caller=caller, timeout_s=timeout_s)
         behalf = current_activity()
-        for tap in self.taps:
-            tap(call)
-        limit = self._limit(call, timeout_s)
         if behalf is not None:
             behalf.calls.append(call)
         try:
-            self._begin(call)
             return await call.reply
         finally:
             if behalf is not None:
                 behalf.calls.remove(call)
-            if limit is not None:
-                limit.cancel()
-            self._end(call)
+            self.end(call)
 
-    def _begin(self, call: Call[Req, Res]) -> None:
-        """Pass a call to the server; fail it if that is impossible."""
-        behalf = current_activity()
+    def begin(self, request: Req, *, caller: str, timeout_s: float | None = None) -> Call[Req, Res]:
+        """Pass a request to the server, and return its call, which `end` must follow; what `call` raises is its reply.
+
+        Raises:
+            NotRunning: it is another thread than the graph's.
+        """
+        if get_ident() != self._thread:
+            raise NotRunning(f"a call of {self.name} must be awaited on the graph's own event loop")
+        self._calls += 1
+        call: Call[Req, Res] = Call(self.name, self._calls, request, caller, timeout_s)
+        for tap in self.taps:
+            tap(call)
+        self._limit(call, timeout_s)
         try:
             if self.server is None:
                 raise self._unavailable()
-            if behalf is not None:
-                refuse_cycle(self.name, self._answerer, behalf)
+            self.refuse_cycle(call)
             self.server.accept(call)
         except BusflowError as error:
             call.fail(error)
+        return call
 
-    def _end(self, call: Call[Req, Res]) -> None:
+    def refuse_cycle(self, call: Call[Req, Res]) -> None:
+        """Refuse to let the running activity wait for a call that waits for that activity.
+
+        Raises:
+            DeadlockError: naming the chain.
+        """
+        behalf = current_activity()
+        if behalf is not None:
+            refuse_cycle(call, self._answerer, behalf)
+
+    def end(self, call: Call[Req, Res]) -> None:
         """Clean up a call that was answered, has failed or timed out, or has lost its caller."""
+        if call.expiry is not None:
+            call.expiry.cancel()
         call.reply.cancel()
         # Reading the outcome also marks an exception as retrieved for asyncio.
         if isinstance(call.outcome, BaseException) and self.server is not None:
@@ -119,15 +132,15 @@ class Service(DeliverySource, Generic[Req, Res]):
         for tap in self.taps:
             tap(call)
 
-    def _limit(self, call: Call[Req, Res], timeout_s: float | None) -> asyncio.TimerHandle | None:
+    def _limit(self, call: Call[Req, Res], timeout_s: float | None) -> None:
         if timeout_s is None:
-            return None
+            return
 
         def expire() -> None:
             server = self.server.node if self.server else "gone"
             call.fail(ServiceTimeout(f"{self.name} did not answer within {timeout_s:g} s (its server is {server})"))
 
-        return self._clock.call_at(self._clock.monotonic_ns() + round(timeout_s * NS_PER_S), expire)
+        call.expiry = self._clock.call_at(self._clock.monotonic_ns() + round(timeout_s * NS_PER_S), expire)
 
     def _answerer(self, name: str) -> Answerer | None:
         return self._known[name].server if name in self._known else None

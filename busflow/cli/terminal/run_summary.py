@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.actions.accounts import SERVER_COUNTS
+from busflow.actions.names import action_of
 from busflow.cli.terminal.table import Column, bare, print_table, print_text
 from busflow.text import counted, printable
 
@@ -26,6 +28,7 @@ def print_summary(report: Report) -> None:
     for rows, columns in (
         (list(topic_rows(data["topics"], report.duration_s)), TOPIC_COLUMNS),
         _services(report),
+        (list(_actions(data["actions"])), _ACTION_COLUMNS),
         (list(_timers(report)), _TIMER_COLUMNS),
     ):
         if rows:
@@ -154,7 +157,7 @@ _ALWAYS = {"calls", "answered", "failed", "waiting"}
 
 def _services(report: Report) -> tuple[list[tuple[object, ...]], tuple[Column, ...]]:
     """Return rows and columns of the services that were called; the report has the other services too."""
-    asked = [each for each in report.services if any(_received(each))]
+    asked = [each for each in report.services if any(_received(each)) and action_of(each.name) is None]
     lines = [(each, [*_served(each), *_called(each)]) for each in asked]
     shown = [word for word in _CALLS if word in _ALWAYS or any(line[2].get(word) for _, all_ in lines for line in all_)]
     rows: list[tuple[object, ...]] = []
@@ -163,6 +166,28 @@ def _services(report: Report) -> tuple[list[tuple[object, ...]], tuple[Column, .
         rows += [(node, depth, *(counts.get(word, "") for word in shown)) for node, depth, counts in ends]
     titles = (Column(word, right=True) for word in shown)
     return rows, (Column("service"), Column("type", short=bare, goes=1), *titles)
+
+
+_ACTION_COLUMNS = (
+    Column("action"),
+    Column("type", short=bare, goes=1),
+    Column("goals", right=True),
+    *(Column(word, right=True) for word in SERVER_COUNTS),
+    Column("left", right=True, goes=2),
+    Column("lost", right=True, goes=2),
+)
+
+
+def _actions(actions: Sequence[Mapping[str, Any]]) -> Iterator[tuple[object, ...]]:
+    """Yield the rows of the actions that were used, each with its servers and clients."""
+    for action in actions:
+        ends = [("←", each, each["received"]) for each in action["servers"]]
+        ends += [("→", each, each["sent"]) for each in action["clients"]]
+        if any(goals for _, _, goals in ends):
+            yield action["name"], action["type"], *[""] * (len(_ACTION_COLUMNS) - 2)
+            for arrow, each, goals in ends:
+                counts = (each.get(word, "") for word in (*SERVER_COUNTS, "left", "lost"))
+                yield f"  {arrow} {each['node']}", "", goals, *counts
 
 
 def _received(service: ServiceReport) -> Iterator[int]:

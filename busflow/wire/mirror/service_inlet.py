@@ -51,9 +51,8 @@ class RemoteServer:
         """The full name of the server's node."""
         return self.token.node_name
 
-    @property
-    def holder(self) -> Activity | None:
-        """None: the activity of a remote server is unknown here. A call has its time limit."""
+    def holder(self, call: Call[Any, Any]) -> Activity | None:  # noqa: ARG002  # of any call
+        """Return None: the activity of a remote server is unknown here. A call has its time limit."""
         return None
 
     def accept(self, call: Call[Any, Any]) -> None:

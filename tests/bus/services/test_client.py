@@ -10,10 +10,12 @@ import pytest
 
 import busflow
 from busflow import (
+    DeadlockError,
     Node,
     ServiceTimeout,
     ServiceUnavailable,
     client,
+    service,
     timer,
 )
 from busflow.errors import IncompatibleType, NotRunning
@@ -181,3 +183,40 @@ async def test_closed_client_calls_nothing():
             asking.close()
         with pytest.raises(NotRunning, match="the client of /adder/add in /adder is not part of a running graph"):
             await asking.call()
+
+
+# Calls that are not waited for.
+
+
+@virtual_time
+async def test_posted_calls_are_counted_by_their_ends():
+    async with harness(Adder) as lab:
+        ask = lab.node(Adder).create_client(Add, "adder/add")
+        missing = lab.node(Adder).create_client(Trigger, "missing")
+        answered, withdrawn = ask.post(Add.Request(number=1)), ask.post(Add.Request(number=2))
+        withdrawn.reply.cancel()
+        failed = missing.post(Trigger.Request())
+        await lab.settle()
+        assert isinstance(answered.outcome, Add.Response)
+        assert isinstance(failed.outcome, ServiceUnavailable)
+        mine, other = ask.statistics(), missing.statistics()
+        assert (mine.called, mine.answered, mine.cancelled, mine.waiting) == (2, 1, 1, 0)
+        assert (other.called, other.failed, other.waiting) == (1, 1, 0)
+
+
+@virtual_time
+async def test_posted_call_that_closes_a_circle_is_refused():
+    class Circular(Node):
+        again = client(Trigger, "~/step")
+        posted = None
+
+        @service(Trigger, "~/step")
+        async def step(self, _request: Trigger.Request) -> Trigger.Response:
+            self.posted = self.again.post(Trigger.Request(), timeout=1)
+            with pytest.raises(DeadlockError, match="/circular/step waits for /circular/step"):
+                self.again.refuse_cycle(self.posted)
+            return Trigger.Response()
+
+    async with harness(Circular) as lab:
+        await lab.call(Trigger, "circular/step")
+        assert isinstance(lab.node(Circular).posted.outcome, DeadlockError)

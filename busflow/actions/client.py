@@ -1,0 +1,400 @@
+"""ActionClient: sends goals, and waits for what comes of them; `SentGoal` is one of them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
+
+from busflow.actions.endpoints import LEFT, LOST, REJECTED, GoalClient
+from busflow.actions.goal import F, G, GoalState, Parts, R
+from busflow.actions.identifiers import Identifiers, to_message
+from busflow.bus.expiry import NS_PER_S
+from busflow.bus.services.call import current_activity
+from busflow.bus.services.client import TIMEOUT_S, check_timeout
+from busflow.errors import (
+    ActionError,
+    ActionGone,
+    ActionUnavailable,
+    BusflowError,
+    GoalAborted,
+    GoalCanceled,
+    GoalRejected,
+    GoalTimeout,
+    IncompatibleType,
+    NotRunning,
+    ServiceError,
+    ServiceGone,
+    ServiceTimeout,
+    ServiceUnavailable,
+)
+from busflow.interfaces.action import ActionType, DerivedTypes
+from busflow.interfaces.message import Message, type_name
+from busflow.msgs.action_msgs import CancelGoal, GoalInfo
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from types import TracebackType
+    from uuid import UUID
+
+    from busflow.actions.statistics import GoalClientStatistics
+    from busflow.bus.services.call import Call
+    from busflow.bus.services.client import Client
+    from busflow.bus.subscription import Subscription
+    from busflow.clock import Clock
+
+A = TypeVar("A")
+T = TypeVar("T")
+DEPTH = 10
+"""The default number of feedback messages that wait for the task that reads them."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClientEnds:
+    """The endpoints of an action's client."""
+
+    goals: GoalClient
+    cancels: Client[Any, Any]
+    results: Client[Any, Any]
+    feedback: Subscription[Any]
+
+
+class ActionClient(Generic[A]):
+    """The asking end of an action."""
+
+    def __init__(
+        self, action_type: type[ActionType], types: DerivedTypes, clock: Clock, identifiers: Identifiers
+    ) -> None:
+        """Create a client; its endpoints are created after it, with `on_feedback` as a handler, and set."""
+        self.ends: ClientEnds
+        self.type: type[ActionType] = action_type
+        self.types: DerivedTypes = types
+        self.clock: Clock = clock
+        self.identifiers: Identifiers = identifiers
+        self.sent: dict[bytes, SentGoal[Any]] = {}
+        """The goals whose feedback is wanted, by the bytes of their identifiers."""
+
+    @property
+    def action(self) -> str:
+        """The action's final name."""
+        return self.ends.goals.service.removesuffix("/_action/send_goal")
+
+    @property
+    def available(self) -> bool:
+        """Whether the action has a server now."""
+        return self.ends.goals.available and self.ends.cancels.available and self.ends.results.available
+
+    async def ready(self, *, timeout: float | None = TIMEOUT_S) -> bool:  # noqa: ASYNC109  # by the run's clock, as Client.ready
+        """Wait until the action has a server, and return True.
+
+        Raises:
+            ActionUnavailable: no server came in time.
+        """
+        try:
+            for client in (self.ends.goals, self.ends.cancels, self.ends.results):
+                await client.ready(timeout=timeout)
+        except ServiceUnavailable:
+            raise self.unavailable() from None
+        return True
+
+    async def run(
+        self: ActionClient[Parts[G, R, F]],
+        goal: G,
+        *,
+        timeout: float | None = None,  # noqa: ASYNC109  # as above
+        on_feedback: Callable[[F], object] | None = None,
+    ) -> R:
+        """Send a goal, wait until it has ended, and return its result.
+
+        If the caller is cancelled or times out, the goal is canceled.
+
+        Args:
+            goal: The goal.
+            timeout: Seconds of the run's clock for all of it, or None for no limit.
+            on_feedback: Called with each feedback.
+
+        Raises:
+            ActionUnavailable: the action has no server, or its server has no room.
+            GoalRejected: the server does not take the goal.
+            GoalAborted: the server gave it up; `error.result` is what it sent.
+            GoalCanceled: it was canceled.
+            ActionGone: the server's node ended before.
+            GoalTimeout: it did not end in time.
+            DeadlockError: the server waits, directly or through others, for the caller.
+            IncompatibleType: the goal is of another type.
+        """
+        async with self.send(goal, timeout=timeout) as sent:
+            if on_feedback is not None:
+                async for feedback in sent:
+                    on_feedback(feedback)
+            return await sent.result()
+
+    def send(
+        self: ActionClient[Parts[G, R, F]],
+        goal: G,
+        *,
+        timeout: float | None = None,  # as above
+        depth: int = DEPTH,
+    ) -> SentGoal[Parts[G, R, F]]:
+        """Send a goal for the time of a block: `async with self.move.send(goal) as going`.
+
+        Leaving the block in any way cancels the goal if it has not ended. The block begins when the goal is accepted.
+
+        Args:
+            goal: The goal.
+            timeout: As for `run`.
+            depth: How many feedback messages may wait for `async for`; a full queue drops the oldest.
+
+        Raises:
+            IncompatibleType: the goal is of another type.
+        """
+        check_timeout(timeout)
+        if type(goal) is not self.type.Goal:
+            given = type_name(type(goal)) if isinstance(goal, Message) else repr(goal)  # type: ignore[redundant-expr]  # users without a type checker
+            origin, wanted = self.ends.goals.endpoint.origin, type_name(self.type.Goal)
+            raise IncompatibleType(f"{origin} sends {self.action} a {wanted}, not {printable(given, limit=200)}")
+        return SentGoal(self, goal, timeout_s=timeout, depth=depth)
+
+    def on_feedback(self, message: Any) -> None:
+        """Pass feedback to the goal that it is for; that of other clients' goals is not wanted."""
+        sent = self.sent.get(message.goal_id.uuid.tobytes())
+        if sent is not None:
+            sent.push(message.feedback)
+
+    def unavailable(self) -> ActionUnavailable:
+        """Return the error of an action without a server."""
+        return ActionUnavailable(f"{self.action} has no server; start a node that serves it")
+
+    def statistics(self) -> GoalClientStatistics:
+        """Return the client's current counts."""
+        return self.ends.goals.statistics()
+
+    def __repr__(self) -> str:
+        return f"<ActionClient {self.action} of {self.ends.goals.endpoint.node}: {self.ends.goals.running} running>"
+
+
+class SentGoal(Generic[A]):
+    """A goal that a client has sent: an async context manager, and an iterator over its feedback.
+
+    Made by `ActionClient.send`. Iterating ends when the goal does; `result` then returns or raises at once.
+    """
+
+    def __init__(self, client: ActionClient[Any], goal: Message, *, timeout_s: float | None, depth: int) -> None:
+        self.id: UUID = client.identifiers.draw()
+        """The goal's identifier."""
+        self._client, self._goal, self._timeout_s = client, goal, timeout_s
+        self._feedback: deque[Any] = deque(maxlen=depth)
+        self._arrival: asyncio.Future[None] | None = None
+        self._asked: Call[Any, Any] | None = None
+        self._outcome: asyncio.Future[Any] | None = None
+        self._limit: asyncio.TimerHandle | None = None
+
+    async def __aenter__(self) -> Self:
+        if self._outcome is not None:
+            raise NotRunning(f"the goal {self.id} was sent already; send another one")
+        client = self._client
+        self._outcome = asyncio.get_running_loop().create_future()
+        client.sent[self.id.bytes] = self
+        client.ends.goals.running += 1
+        try:
+            await self._send()
+        except BaseException as error:
+            self._close(REJECTED if isinstance(error, GoalRejected) else LOST if _is_lost(error) else LEFT)
+            raise
+        request: Any = client.types.get_result.Request
+        self._asked = client.ends.results.post(request(goal_id=to_message(self.id)))
+        self._asked.reply.add_done_callback(self._on_reply)
+        return self
+
+    async def _send(self) -> None:
+        """Send the goal, and wait until it is accepted."""
+        client, limit_s = self._client, TIMEOUT_S
+        if self._timeout_s is not None:
+            limit_s = min(TIMEOUT_S, self._timeout_s)
+            deadline_ns = client.clock.monotonic_ns() + round(self._timeout_s * NS_PER_S)
+            self._limit = client.clock.call_at(deadline_ns, self._expire)
+        if client.ends.goals.available:  # of a server in another process one service may be known before the others
+            await client.ready(timeout=limit_s)
+        request: Any = client.types.send_goal.Request
+        call = client.ends.goals.post(request(goal_id=to_message(self.id), goal=self._goal), timeout=limit_s)
+        try:
+            response = await _waited(call, call.reply)
+        except BaseException as error:
+            if isinstance(error, asyncio.CancelledError | ServiceTimeout):  # it may have been accepted meanwhile
+                self._post_cancel()
+            if isinstance(error, ServiceError):
+                raise self._translated(error) from None
+            raise
+        if not response.accepted:
+            why = call.remark or "it gave no reason"
+            raise GoalRejected(f"{client.action} rejected the goal {self.id}: {why}")
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self._future.done():
+            self._post_cancel()
+        self._close(LEFT)
+
+    async def result(self: SentGoal[Parts[Any, R, Any]]) -> R:
+        """Wait until the goal has ended, and return its result.
+
+        Raises:
+            ActionError: it did not succeed, as `ActionClient.run` says.
+            DeadlockError: the server waits, directly or through others, for the caller.
+        """
+        await self._wait(self._future)
+        return cast("R", self._future.result())
+
+    async def cancel(self) -> bool:
+        """Ask the server to cancel the goal, and return True if it will; `result` then raises `GoalCanceled`.
+
+        Raises:
+            ActionError: the server did not answer.
+        """
+        info = GoalInfo(goal_id=to_message(self.id))
+        try:
+            response = await self._client.ends.cancels.call(CancelGoal.Request(goal_info=info))
+        except ServiceError as error:
+            raise self._translated(error) from None
+        return response.return_code == CancelGoal.Response.ERROR_NONE
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self: SentGoal[Parts[Any, Any, F]]) -> F:
+        while not self._feedback:
+            if self._future.done():
+                raise StopAsyncIteration
+            self._arrival = asyncio.get_running_loop().create_future()
+            await self._wait(self._arrival)
+        return cast("F", self._feedback.popleft())
+
+    def push(self, feedback: Message) -> None:
+        """Add feedback; a full queue drops its oldest."""
+        if len(self._feedback) == self._feedback.maxlen:
+            self._client.ends.goals.feedback_dropped += 1
+        self._feedback.append(feedback)
+        self._wake()
+
+    @property
+    def _future(self) -> asyncio.Future[Any]:
+        """The future result, there from the beginning of the block on."""
+        if self._outcome is None:
+            raise NotRunning(f"the goal {self.id} is sent by `async with`, and its result is known in that block")
+        return self._outcome
+
+    async def _wait(self, future: asyncio.Future[Any]) -> None:
+        """Wait for the goal to go on; the running activity waits for it too."""
+        if self._asked is not None and not self._future.done():
+            self._client.ends.results.refuse_cycle(self._asked)
+            await _waited(self._asked, asyncio.wait({future}))
+
+    def _wake(self) -> None:
+        if self._arrival is not None and not self._arrival.done():
+            self._arrival.set_result(None)
+
+    # How it ends.
+
+    def _on_reply(self, reply: asyncio.Future[Any]) -> None:
+        """Take the answer to `get_result`."""
+        waiting = self._client.ends.feedback
+        waiting.turn(len(waiting.items))  # what was published before the result, and is on its way
+        if reply.cancelled():
+            return
+        error = reply.exception()
+        if error is not None:
+            self._settle(LOST, self._translated(error) if isinstance(error, ServiceError) else error)
+            return
+        response: Any = reply.result()
+        state, why = GoalState(response.status), "" if self._asked is None else self._asked.remark
+        if state is GoalState.SUCCEEDED:
+            self._settle(state, response.result)
+            return
+        failure = _failure(state, self._client.action, self.id, why)
+        if isinstance(failure, GoalAborted | GoalCanceled):
+            failure.result = response.result
+        self._settle(state if state.is_terminal else LOST, failure)
+
+    def _expire(self) -> None:
+        """Give the goal up, because its time is over."""
+        if self._asked is not None and not self._future.done():
+            self._post_cancel()
+            text = f"the goal {self.id} of {self._client.action} did not end within {self._timeout_s:g} s"
+            self._settle(LEFT, GoalTimeout(f"{text}; it is canceled"))
+
+    def _settle(self, end: str | GoalState, outcome: object) -> None:
+        """Set the outcome, and count the end; only the first one counts."""
+        future = self._future
+        if future.done():
+            return
+        goals = self._client.ends.goals
+        goals.ends[end] += 1
+        goals.running -= 1
+        if isinstance(outcome, BaseException):
+            future.set_exception(outcome)
+            future.exception()  # a block that is left need not have asked for it
+        else:
+            future.set_result(outcome)
+        self._wake()
+
+    def _close(self, end: str) -> None:
+        """Want no more of the goal; a goal without an outcome ends in this way."""
+        self._client.sent.pop(self.id.bytes, None)
+        if self._limit is not None:
+            self._limit.cancel()
+        if not self._future.done():
+            self._settle(end, ActionGone(f"the block of the goal {self.id} was left before it ended"))
+        if self._asked is not None:
+            self._asked.reply.cancel()
+
+    def _post_cancel(self) -> None:
+        """Ask the server to cancel the goal, without waiting: also a task that is cancelled itself can do so."""
+        with suppress(NotRunning):
+            info = GoalInfo(goal_id=to_message(self.id))
+            self._client.ends.cancels.post(CancelGoal.Request(goal_info=info))
+
+    def _translated(self, error: BusflowError) -> BusflowError:
+        """Return an error of a service as one of the action."""
+        action = self._client.action
+        if isinstance(error, ServiceGone):
+            return ActionGone(f"{action}: its server ended before the goal {self.id} had")
+        if isinstance(error, ServiceTimeout):
+            return GoalTimeout(f"{action} did not answer in time whether it takes the goal {self.id}")
+        if isinstance(error, ServiceUnavailable):
+            return ActionUnavailable(str(error)) if self._client.ends.goals.available else self._client.unavailable()
+        return ActionError(str(error))
+
+    def __repr__(self) -> str:
+        state = "not sent" if self._outcome is None else "ended" if self._outcome.done() else "sent"
+        return f"<SentGoal {self.id} of {self._client.action}: {state}>"
+
+
+async def _waited(call: Call[Any, Any], future: Awaitable[T]) -> T:
+    """Wait for what a call leads to; the running activity then waits for that call."""
+    behalf = current_activity()
+    if behalf is None:
+        return await future
+    behalf.calls.append(call)
+    try:
+        return await future
+    finally:
+        behalf.calls.remove(call)
+
+
+def _is_lost(error: BaseException) -> bool:
+    return isinstance(error, BusflowError) and not isinstance(error, GoalTimeout)
+
+
+def _failure(state: GoalState, action: str, goal_id: UUID, why: str) -> ActionError:
+    """Return the error for a goal that has not succeeded."""
+    match state:
+        case GoalState.ABORTED:
+            return GoalAborted(f"{action} aborted the goal {goal_id}: {why or 'the log of its node says why'}")
+        case GoalState.CANCELED:
+            return GoalCanceled(f"the goal {goal_id} of {action} was canceled")
+        case _:
+            return ActionGone(f"{action} does not know the goal {goal_id}, or not any more")

@@ -1,0 +1,184 @@
+"""The ends of an action's services that are not plain ones: they know goals, and account for them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any, Protocol
+
+from busflow.actions.goal import GoalState
+from busflow.actions.identifiers import from_message
+from busflow.actions.statistics import GoalClientStatistics, GoalServerStatistics
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import Server
+from busflow.errors import ServiceGone
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from uuid import UUID
+
+    from busflow.actions.goal import RunningGoal
+    from busflow.actions.line import Line
+    from busflow.bus.endpoint import ServiceEndpoint
+    from busflow.bus.services.call import Activity, Call
+    from busflow.bus.services.server import RequestHandler
+    from busflow.bus.statistics import ServerStatistics
+    from busflow.interfaces.message import Message, ServiceType
+
+REJECTED = "rejected"
+LEFT = "left"
+LOST = "lost"
+"""Ends of goals besides the terminal states."""
+
+
+class GoalServer(Server[Any, Any]):
+    """The server of `send_goal`, whose account is the action's."""
+
+    __slots__ = ("ends", "line")
+
+    def __init__(
+        self, service_type: type[ServiceType], endpoint: ServiceEndpoint, handler: RequestHandler[Any, Any], line: Line
+    ) -> None:
+        """Create the server of an action whose goals stand in a line."""
+        super().__init__(service_type, endpoint, handler)
+        self.line: Line = line
+        self.ends: Counter[str | GoalState] = Counter()
+        """The number of goals by how they ended."""
+
+    @property
+    def caller(self) -> str:
+        """The full name of the client whose request is being answered."""
+        return "" if self._serving is None else self._serving.caller
+
+    def remark(self, text: str) -> None:
+        """Say something beside the answer to the request that is being answered."""
+        if self._serving is not None:
+            self._serving.remark = text
+
+    def report(self, error: BaseException, goal: Message) -> None:
+        """Log what the handler of a goal raised, as the exception of a service's handler is."""
+        if self._on_error is not None:
+            self._on_error(error, goal)
+
+    def statistics(self) -> GoalServerStatistics:
+        """Return the server's current counts."""
+        requests = super().statistics()
+        return GoalServerStatistics(
+            **asdict(requests),
+            rejected=self.ends[REJECTED] + requests.failed + requests.refused + requests.withdrawn + requests.lost,
+            succeeded=self.ends[GoalState.SUCCEEDED],
+            aborted=self.ends[GoalState.ABORTED],
+            canceled=self.ends[GoalState.CANCELED],
+            running=len(self.line.running),
+            queued=len(self.line.waiting) + requests.waiting,
+        )
+
+
+class Goals(Protocol):
+    """The goals of an action's server, as the server of their results uses them."""
+
+    @property
+    def active(self) -> Collection[RunningGoal[Any]]:
+        """The goals that have not ended."""
+        ...
+
+    def find(self, goal_id: UUID) -> RunningGoal[Any] | None:
+        """Return a goal that has not ended, or that ended lately."""
+        ...
+
+    def close(self) -> None:
+        """End every goal, because the node ends."""
+        ...
+
+
+class ResultServer(Server[Any, Any]):
+    """The server of `get_result`: it answers each request when its goal has ended, in any order."""
+
+    __slots__ = ("_goals", "_line")
+
+    def __init__(self, service_type: type[ServiceType], endpoint: ServiceEndpoint, goals: Goals, line: Line) -> None:
+        """Create the server of the results of these goals, which stand in a line."""
+        super().__init__(service_type, endpoint, _answered_otherwise)
+        self._goals: Goals = goals
+        self._line: Line = line
+
+    def accept(self, call: Call[Any, Any]) -> None:
+        """Take a call: it is answered now if its goal has ended, or is unknown."""
+        self.received += 1
+        goal = self._goals.find(from_message(call.request.goal_id))
+        if goal is not None and goal.response is None:
+            goal.asked.append(call)
+            return
+        self.served += 1
+        response: Any = self.type.Response() if goal is None else goal.response
+        call.remark = "" if goal is None else goal.reason
+        call.succeed(response)
+
+    def answer(self, goal: RunningGoal[Any]) -> None:
+        """Answer all calls that wait for a goal, which has ended."""
+        for call in goal.asked:
+            self.served += 1
+            call.remark = goal.reason
+            call.succeed(goal.response)
+        goal.asked.clear()
+
+    def withdraw(self, call: Call[Any, Any]) -> None:
+        """Drop a call whose caller no longer waits; its goal goes on."""
+        goal = self._goals.find(from_message(call.request.goal_id))
+        if goal is not None and call in goal.asked:
+            goal.asked.remove(call)
+            self.withdrawn += 1
+
+    def holder(self, call: Call[Any, Any]) -> Activity | None:
+        """Return the activity of the goal that is asked for, or of the goal before it."""
+        goal = self._goals.find(from_message(call.request.goal_id))
+        ahead = None if goal is None or goal.response is not None else self._line.ahead_of(goal)
+        return None if ahead is None else ahead.activity
+
+    def close(self) -> None:
+        """Stop answering for good; every waiting call fails at once with `ServiceGone`, and every goal ends."""
+        for goal in self._goals.active:
+            for call in goal.asked:
+                self.lost += 1
+                call.fail(ServiceGone(f"{self.service}: its server {self.node} ended before the goal {goal.id} had"))
+            goal.asked.clear()
+        self._goals.close()
+        super().close()
+
+    def statistics(self) -> ServerStatistics:
+        """Return the server's current counts."""
+        waiting = sum(len(goal.asked) for goal in self._goals.active)
+        return replace(super().statistics(), waiting=waiting)
+
+
+def _answered_otherwise(_request: Message) -> Message:
+    """Stand in for the handler, which a server must have; `accept` puts nothing into its queue."""
+    raise NotImplementedError
+
+
+class GoalClient(Client[Any, Any]):
+    """The client of `send_goal`, whose account is the action's."""
+
+    __slots__ = ("ends", "feedback_dropped", "running")
+
+    def __init__(self, service_type: type[ServiceType], endpoint: ServiceEndpoint) -> None:
+        """Create the client of an action."""
+        super().__init__(service_type, endpoint)
+        self.ends: Counter[str | GoalState] = Counter()
+        """The number of goals by how they ended."""
+        self.feedback_dropped: int = 0
+        self.running: int = 0
+
+    def statistics(self) -> GoalClientStatistics:
+        """Return the client's current counts."""
+        return GoalClientStatistics(
+            **asdict(super().statistics()),
+            rejected=self.ends[REJECTED],
+            succeeded=self.ends[GoalState.SUCCEEDED],
+            aborted=self.ends[GoalState.ABORTED],
+            canceled=self.ends[GoalState.CANCELED],
+            left=self.ends[LEFT],
+            lost=self.ends[LOST],
+            running=self.running,
+            feedback_dropped=self.feedback_dropped,
+        )

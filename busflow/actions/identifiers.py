@@ -1,0 +1,45 @@
+"""Identifiers of goals: drawn from the run's seed on virtual time, otherwise random."""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from busflow.msgs import unique_identifier_msgs
+
+if TYPE_CHECKING:
+    from busflow.bus.endpoint import ServiceEndpoint
+    from busflow.node.context import Surroundings
+
+
+class Identifiers:
+    """The identifiers of one client's goals: the same ones in every run with the same seed, if its time is virtual."""
+
+    def __init__(self, surroundings: Surroundings, endpoint: ServiceEndpoint) -> None:
+        self._prefix = (
+            f"{surroundings.seed} {surroundings.life} {endpoint.node} {endpoint.origin} {endpoint.service}"
+            if surroundings.clock.kind == "sim"
+            else None
+        )
+        self._drawn = 0
+
+    def draw(self) -> uuid.UUID:
+        """Return the identifier of one more goal."""
+        self._drawn += 1
+        if self._prefix is None:
+            return uuid.uuid4()
+        digest = hashlib.blake2b(f"{self._prefix} {self._drawn}".encode(), digest_size=16).digest()
+        return uuid.UUID(bytes=digest, version=4)
+
+
+def to_message(goal_id: uuid.UUID) -> unique_identifier_msgs.UUID:
+    """Return an identifier as ROS 2's message."""
+    return unique_identifier_msgs.UUID(uuid=np.frombuffer(goal_id.bytes, np.uint8))
+
+
+def from_message(message: Any) -> uuid.UUID:
+    """Return the identifier in a `unique_identifier_msgs/msg/UUID`."""
+    return uuid.UUID(bytes=message.uuid.tobytes())

@@ -1,0 +1,53 @@
+"""Results: what came of the goals of one server, for those that ask later."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from uuid import UUID
+
+    from busflow.actions.goal import RunningGoal
+    from busflow.clock import Clock
+    from busflow.msgs.action_msgs import GoalStatus
+
+RESULT_KEPT_S = 10
+"""How long a result is kept, from the end of its goal on."""
+RESULTS_KEPT = 64
+"""How many results are kept at most; the oldest goes first."""
+
+
+class Results:
+    """The goals that ended lately."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._ended: dict[UUID, tuple[int, RunningGoal[Any]]] = {}
+        self._statuses: dict[UUID, GoalStatus] = {}
+
+    def keep(self, goal: RunningGoal[Any]) -> None:
+        """Keep a goal that has just ended."""
+        self._ended[goal.id] = self._clock.monotonic_ns(), goal
+        self._statuses[goal.id] = goal.status
+        self._forget()
+
+    def goal(self, goal_id: UUID) -> RunningGoal[Any] | None:
+        """Return a goal that ended lately."""
+        self._forget()
+        return self._ended[goal_id][1] if goal_id in self._ended else None
+
+    @property
+    def statuses(self) -> Collection[GoalStatus]:
+        """The states of the goals that ended lately, the oldest first."""
+        return self._statuses.values()
+
+    def _forget(self) -> None:
+        """Drop what is too old or too much; entries stand in the order of their times."""
+        kept = self._ended
+        oldest_ns = self._clock.monotonic_ns() - RESULT_KEPT_S * 1_000_000_000
+        while kept:
+            first = next(iter(kept))
+            if len(kept) <= RESULTS_KEPT and kept[first][0] > oldest_ns:
+                return
+            del kept[first], self._statuses[first]

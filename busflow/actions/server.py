@@ -1,0 +1,299 @@
+"""ActionServer: takes goals, runs a handler for each, and ends each exactly once."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from busflow.actions.endpoints import REJECTED, GoalServer, ResultServer
+from busflow.actions.goal import GoalState, RunningGoal
+from busflow.actions.identifiers import from_message
+from busflow.actions.line import Line, WhenBusy
+from busflow.actions.results import Results
+from busflow.bus.expiry import NS_PER_S
+from busflow.bus.failure import is_failure
+from busflow.errors import IncompatibleType, NotRunning
+from busflow.interfaces.action import ActionType, DerivedTypes
+from busflow.interfaces.message import Message, type_name
+from busflow.msgs.action_msgs import CancelGoal, GoalInfo, GoalStatusArray
+from busflow.msgs.builtin_interfaces import Time
+from busflow.text import printable
+from busflow.validation.tracebacks import line, reason
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from uuid import UUID
+
+    from busflow.actions.statistics import GoalServerStatistics
+    from busflow.bus.publisher import Publisher
+    from busflow.bus.services.server import Server
+    from busflow.clock import Clock
+    from busflow.node.lifetime import NodeLifetime
+
+A = TypeVar("A")
+
+Handler = Callable[[Any], Coroutine[Any, Any, Any]]
+Accepts = Callable[[Any], object]
+CANCEL_WITHIN_S = 2.0
+"""The default time within which a handler should end after a cancel."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServerOptions:
+    """The options of `@action`."""
+
+    when_busy: WhenBusy
+    at_most: int
+    cancel_within_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class ServerEnds:
+    """The endpoints of an action's server."""
+
+    goals: GoalServer
+    cancels: Server[Any, Any]
+    results: ResultServer
+    feedback: Publisher[Any]
+    status: Publisher[GoalStatusArray]
+
+
+class ActionServer(Generic[A]):
+    """The answering end of an action; on a node it is the attribute below `@action`."""
+
+    def __init__(
+        self,
+        action_type: type[ActionType],
+        types: DerivedTypes,
+        options: ServerOptions,
+        *,
+        handler: Handler,
+        accepts: Accepts | None,
+        life: NodeLifetime,
+        clock: Clock,
+    ) -> None:
+        """Create a server; its endpoints are created after it, with its methods as handlers, and set."""
+        self.ends: ServerEnds
+        self.line = Line(options.when_busy, options.at_most)
+        """The goals that have not ended."""
+        self._type, self._types, self._options = action_type, types, options
+        self._handler, self._accepts = handler, accepts
+        self._life, self._log, self._clock = life, life.log, clock
+        self._active: dict[UUID, RunningGoal[Any]] = {}
+        self._results = Results(clock)
+
+    @property
+    def action(self) -> str:
+        """The action's final name."""
+        return self.ends.goals.service.removesuffix("/_action/send_goal")
+
+    @property
+    def goals(self) -> tuple[RunningGoal[A], ...]:
+        """The goals that have not ended, in the order they came."""
+        return tuple(self._active.values())
+
+    def statistics(self) -> GoalServerStatistics:
+        """Return the server's current counts."""
+        return self.ends.goals.statistics()
+
+    # What the server of results asks for.
+
+    @property
+    def active(self) -> Collection[RunningGoal[Any]]:
+        """The goals that have not ended."""
+        return self._active.values()
+
+    def find(self, goal_id: UUID) -> RunningGoal[Any] | None:
+        """Return a goal that has not ended, or that ended lately."""
+        return self._active.get(goal_id) or self._results.goal(goal_id)
+
+    # Goals that come.
+
+    def on_goal(self, request: Any) -> Message:
+        """Answer a request of `send_goal`: accept the goal, or reject it and say why."""
+        goal_id, stamp = from_message(request.goal_id), self._clock.now().to_msg()
+        response: Any = self._types.send_goal.Response
+        refusal = self._refusal(goal_id, request.goal)
+        if refusal is not None:
+            self.ends.goals.ends[REJECTED] += 1
+            self.ends.goals.remark(refusal)
+            self._log.info(f"a goal of {self.action} is rejected: {refusal}")
+            return response(accepted=False, stamp=stamp)
+        info = GoalInfo(goal_id=request.goal_id, stamp=stamp)
+        goal = RunningGoal[Any](self, goal_id, request.goal, client=self.ends.goals.caller, info=info)
+        replaced = self.line.replaced()
+        self._active[goal_id] = goal
+        self.line.waiting.append(goal)
+        for each in replaced:
+            self._ask_to_end(each, GoalState.ABORTED, f"superseded by the goal {goal_id}")
+        self._begin_next()
+        if goal.state is GoalState.ACCEPTED:
+            self._publish_status()
+        return response(accepted=True, stamp=stamp)
+
+    def _refusal(self, goal_id: UUID, goal: Message) -> str | None:
+        """Return why a goal is rejected, or None."""
+        if self.find(goal_id) is not None:
+            return f"a goal with the identifier {goal_id} was sent already"
+        if self._accepts is not None:
+            try:
+                answer = self._accepts(goal)
+            except Exception as error:  # noqa: BLE001  # a node's own code may raise anything; the client gets it
+                self.ends.goals.report(error, goal)
+                return printable(reason(error), limit=400)
+            if answer is not True:
+                return printable(answer, limit=400) if isinstance(answer, str) else "its node does not accept it"
+        return self.line.refusal()
+
+    def _begin_next(self) -> None:
+        """Run the goals that wait, as far as there is room."""
+        while (goal := self.line.next()) is not None:
+            goal.state = GoalState.EXECUTING
+            self._publish_status()
+            self._life.spawn(self._run(goal), f"{self.action} {goal.id}")
+
+    # Goals that run.
+
+    async def _run(self, goal: RunningGoal[Any]) -> None:
+        """Call the handler for a goal, in a task of its own."""
+        if goal.ending is not None:  # a task that is cancelled before its first step would never take it
+            self.finish(goal, goal.ending, goal.reason)
+            return
+        goal.task = asyncio.current_task()
+        try:
+            with goal.activity.current():
+                goal.handling = self._handler(goal)
+                result = await goal.handling
+            if result is not None or goal.ending is None:
+                self._check_result(result)
+        except asyncio.CancelledError as error:
+            if goal.ending is None and is_failure(error):  # the handler raised it by itself
+                self.finish(goal, GoalState.ABORTED, "its handler raised CancelledError")
+            elif goal.ending is None or goal.state.is_terminal:  # not the goal but its node ends
+                raise
+            else:
+                self.finish(goal, goal.ending, goal.reason)
+        except Exception as error:  # noqa: BLE001  # a handler may raise anything; its client gets it, and the node goes on
+            self.ends.goals.report(error, goal.request)
+            self.finish(goal, GoalState.ABORTED, printable(reason(error), limit=400))
+        except BaseException as error:
+            if is_failure(error):
+                self.finish(goal, GoalState.ABORTED, printable(reason(error), limit=400))
+            raise
+        else:
+            self.finish(goal, goal.ending or GoalState.SUCCEEDED, goal.reason, result)
+
+    def _check_result(self, result: object) -> None:
+        if type(result) is not self._type.Result:
+            given = type_name(type(result)) if isinstance(result, Message) else repr(result)
+            wanted = type_name(self._type.Result)
+            origin = self.ends.goals.endpoint.origin
+            raise IncompatibleType(f"{origin} must return a {wanted}, not {printable(given, limit=200)}")
+
+    def publish_feedback(self, goal: RunningGoal[Any], feedback: Message) -> None:
+        """Publish feedback on a goal that runs."""
+        if type(feedback) is not self._type.Feedback:
+            given = type_name(type(feedback)) if isinstance(feedback, Message) else repr(feedback)  # type: ignore[redundant-expr]  # users without a type checker
+            wanted = type_name(self._type.Feedback)
+            raise IncompatibleType(f"feedback of {self.action} is a {wanted}, not {printable(given, limit=200)}")
+        if goal.state.is_terminal:
+            raise NotRunning(f"the goal {goal.id} of {self.action} has ended: it gets no feedback any more")
+        message: Any = self._types.feedback
+        self.ends.feedback.publish(message(goal_id=goal.info.goal_id, feedback=feedback))
+
+    # Goals that end.
+
+    def finish(self, goal: RunningGoal[Any], state: GoalState, why: str = "", result: Message | None = None) -> None:
+        """End a goal: set its state, answer those that wait for it, and begin the next one; only the first end counts.
+
+        Args:
+            goal: The goal.
+            state: A terminal state.
+            why: The reason, in words; empty for success.
+            result: The handler's result; by default one with default values.
+        """
+        if goal.state.is_terminal:
+            return
+        goal.state, goal.reason = state, why
+        goal.task = goal.handling = None
+        del self._active[goal.id]
+        self.line.remove(goal)
+        self.ends.goals.ends[state] += 1
+        response: Any = self._types.get_result.Response
+        goal.response = response(status=int(state), result=self._type.Result() if result is None else result)
+        self._results.keep(goal)
+        self._publish_status()
+        self.ends.results.answer(goal)
+        self._begin_next()
+
+    def _ask_to_end(self, goal: RunningGoal[Any], state: GoalState, why: str) -> None:
+        """Make a goal end in this state: at once if it waits, by cancelling its handler if it runs."""
+        if goal.ending is not None:
+            return
+        goal.ending, goal.reason = state, why
+        if goal.state is GoalState.ACCEPTED:
+            self.finish(goal, state, why)
+            return
+        if state is GoalState.CANCELED:
+            goal.state = GoalState.CANCELING
+            self._publish_status()
+        if goal.task is not None:
+            goal.task.cancel()
+        within_ns = round(self._options.cancel_within_s * NS_PER_S)
+        self._clock.call_at(self._clock.monotonic_ns() + within_ns, partial(self._warn_of, goal))
+
+    def _warn_of(self, goal: RunningGoal[Any]) -> None:
+        """Log where a handler is that has not ended in time."""
+        if goal.state.is_terminal or goal.task is None:
+            return
+        frame = getattr(goal.handling, "cr_frame", None)
+        place = None if frame is None else line(frame.f_code.co_filename, frame.f_lineno)
+        self._log.warning(
+            f"the handler of {self.action} goes on {self._options.cancel_within_s:g} s after its goal was canceled"
+            f"{f', at {place}' if place else ''}: let CancelledError pass, or return a result",
+            goal=str(goal.id),
+        )
+
+    def on_cancel(self, request: CancelGoal.Request) -> CancelGoal.Response:
+        """Answer a request of `cancel_goal`: one goal, or all, or those accepted up to a time, as ROS 2 has it."""
+        goal_id, until = from_message(request.goal_info.goal_id), request.goal_info.stamp
+        chosen = [each for each in self.goals if _is_meant(each, goal_id, until)]
+        if not chosen and goal_id.int and until == Time():
+            known = self._results.goal(goal_id)
+            code = CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
+            return CancelGoal.Response(return_code=code if known is None else CancelGoal.Response.ERROR_GOAL_TERMINATED)
+        for goal in chosen:
+            self._ask_to_end(goal, GoalState.CANCELED, "canceled")
+        infos = tuple(each.info for each in chosen)
+        code = CancelGoal.Response.ERROR_NONE if infos else CancelGoal.Response.ERROR_REJECTED
+        return CancelGoal.Response(return_code=code, goals_canceling=infos)
+
+    def cancel_all_of(self, client: str) -> None:
+        """Cancel the goals of a client that has gone."""
+        for goal in self.goals:
+            if goal.client == client:
+                self._ask_to_end(goal, GoalState.CANCELED, "its client has gone")
+
+    def close(self) -> None:
+        """End every goal, because the node ends; the tasks of their handlers are cancelled with the node's."""
+        for goal in (*self.line.waiting, *self.line.running):  # in this order none that waits begins
+            self.finish(goal, GoalState.ABORTED, f"{self._life.name} has ended")
+
+    def _publish_status(self) -> None:
+        """Publish the states of all goals, those that ended lately among them."""
+        active = [each.status for each in self._active.values()]
+        self.ends.status.publish(GoalStatusArray(status_list=(*self._results.statuses, *active)))
+
+
+def _is_meant(goal: RunningGoal[Any], goal_id: UUID, until: Time) -> bool:
+    """Return whether a request to cancel means a goal; zeros stand for any identifier, and for any time."""
+    if until == Time():
+        return not goal_id.int or goal.id == goal_id
+    return goal.id == goal_id or _ns(goal.info.stamp) <= _ns(until)
+
+
+def _ns(stamp: Time) -> int:
+    return stamp.sec * NS_PER_S + stamp.nanosec

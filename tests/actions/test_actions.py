@@ -1,0 +1,164 @@
+"""What a class says of actions is checked when it is created, and their accounts reach the report.
+
+Tests of `accounts.py`, `declarations.py`, `endpoints.py`, `goal.py`, `identifiers.py`, `line.py`, `names.py`,
+`results.py` and `statistics.py`; see the servers and clients beside it for the rest.
+"""
+
+import asyncio
+import re
+
+import pytest
+
+import busflow
+from busflow import ActionServer, Node, RunningGoal, action, action_client
+from busflow.bus.qos import Durability, Reliability
+from busflow.errors import InvalidDeclaration, LaunchError
+from busflow.msgs.std_srvs import Trigger
+from busflow.testing import harness, virtual_time
+from tests.actions.conftest import Arm, Boss, MoveTo
+
+
+def declared(**options):
+    """A class body with an action that has these options."""
+
+    @action(MoveTo, "~/move", **options)
+    async def move(_self, _goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+        return MoveTo.Result()
+
+    return move
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ({"when_busy": "quue"}, "when_busy='quue'): did you mean 'queue'?"),
+        ({"at_most": 0}, "at_most=…) is a whole number from 1, got 0"),
+        ({"at_most": True}, "at_most=…) is a whole number from 1, got True"),
+        ({"cancel_within": 0}, "cancel_within=…) is a number of seconds above 0, got 0"),
+    ],
+)
+def test_impossible_option_is_refused(options, why):
+    with pytest.raises(InvalidDeclaration, match=re.escape(why)):
+        declared(**options)
+
+
+def test_plain_handler_is_refused_with_the_reason():
+    with pytest.raises(InvalidDeclaration, match="because a cancel reaches a handler where it awaits: write async def"):
+
+        class Plain(Node):
+            @action(MoveTo, "~/move")
+            def move(self, _goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+                return MoveTo.Result()
+
+
+def test_handler_without_a_goal_is_refused():
+    with pytest.raises(InvalidDeclaration, match="@action calls move with the node and the goal: write async def move"):
+
+        @action(MoveTo, "~/move")
+        async def move(_self) -> MoveTo.Result:
+            return MoveTo.Result()
+
+
+def test_async_question_is_refused():
+    with pytest.raises(InvalidDeclaration, match=r"@move.accepts asks a plain method, which answers at once"):
+
+        @declared().accepts
+        async def reachable(_self, _request: MoveTo.Goal) -> bool:
+            return True
+
+
+@pytest.mark.parametrize("wrong", [Trigger, MoveTo.Goal, 3])
+def test_type_that_is_no_action_is_refused(wrong):
+    with pytest.raises(InvalidDeclaration, match="@action needs an action type, a class derived from ActionType"):
+        action(wrong, "move")
+    with pytest.raises(InvalidDeclaration, match="action_client needs an action type"):
+        action_client(wrong, "move")
+
+
+def test_name_is_a_text():
+    with pytest.raises(InvalidDeclaration, match=r"@action\(MoveTo, …\) needs the action's name, a text, not None"):
+        action(MoveTo)
+
+
+def test_two_servers_of_an_action_are_refused():
+    with pytest.raises(LaunchError, match="answers /arm/move/_action/send_goal"):
+        asyncio.run(busflow.launch(Arm, _same_name()).start())
+
+
+def _same_name():
+    class Second(Node):
+        @action(MoveTo, "/arm/move")
+        async def move(self, _goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+            return MoveTo.Result()
+
+    return Second
+
+
+@virtual_time
+async def test_endpoints_are_those_of_ros():
+    """Names, types and QoS, as `rcl_action` creates them."""
+    async with harness(Arm) as lab:
+        bus = lab.graph.bus
+        services = {name: each.type.__ros_name__ for name, each in bus.services.items()}
+        assert services == {
+            "/arm/move/_action/send_goal": "my_robot/action/MoveTo_SendGoal",
+            "/arm/move/_action/cancel_goal": "action_msgs/srv/CancelGoal",
+            "/arm/move/_action/get_result": "my_robot/action/MoveTo_GetResult",
+        }
+        (feedback,) = bus.topics["/arm/move/_action/feedback"].publishers
+        (status,) = bus.topics["/arm/move/_action/status"].publishers
+        assert feedback.type.__ros_name__ == "my_robot/action/MoveTo_FeedbackMessage"
+        assert status.type.__ros_name__ == "action_msgs/msg/GoalStatusArray"
+        qos = [(each.reliability, each.durability, each.depth) for each in (feedback.endpoint.qos, status.endpoint.qos)]
+        assert qos == [
+            (Reliability.RELIABLE, Durability.VOLATILE, 10),
+            (Reliability.RELIABLE, Durability.TRANSIENT_LOCAL, 1),
+        ]
+
+
+@virtual_time
+async def test_remap_renames_all_of_an_action(tmp_path):
+    (tmp_path / "arm.py").write_text(
+        "from tests.actions.conftest import Arm as Base\n\n\nclass Arm(Base):\n    '''An arm.'''\n"
+    )
+    file = tmp_path / "graph.yaml"
+    file.write_text("plugins: [.]\nnodes:\n  arm:\n    plugin: arm\n    remap: {~/move: /left/move}\n")
+    async with harness(file) as lab:
+        assert sorted(lab.graph.bus.services) == [
+            f"/left/move/_action/{each}" for each in ("cancel_goal", "get_result", "send_goal")
+        ]
+
+
+@virtual_time
+async def test_node_has_its_server():
+    async with harness(Arm) as lab:
+        assert isinstance(lab.node(Arm).move, ActionServer)
+        assert lab.node(Arm).move.action == "/arm/move"
+
+
+@virtual_time
+async def test_account_is_in_the_report():
+    async with harness(Arm, Boss) as lab:
+        await lab.node(Boss).move.run(MoveTo.Goal(angle=1))
+        (found,) = lab.graph.report().as_json()["actions"]
+    ends = dict.fromkeys(("rejected", "aborted", "canceled", "running"), 0)
+    assert found == {
+        "name": "/arm/move",
+        "type": "my_robot/action/MoveTo",
+        "servers": [{"node": "/arm", "received": 1, "succeeded": 1, "queued": 0, **ends}],
+        "clients": [{"node": "/boss", "sent": 1, "succeeded": 1, "left": 0, "lost": 0, "feedback_dropped": 0, **ends}],
+    }
+
+
+@virtual_time
+async def test_table_of_a_run_has_actions(capsys):
+    from busflow.cli.terminal.run_summary import print_summary
+
+    async with harness(Arm, Boss) as lab:
+        await lab.node(Boss).move.run(MoveTo.Goal(angle=1))
+        print_summary(lab.graph.report())
+    table = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["/arm/move", "my_robot/action/MoveTo"] in table
+    assert ["←", "/arm", "1", "0", "1", "0", "0", "0", "0"] in table
+    assert ["→", "/boss", "1", "0", "1", "0", "0", "0", "0", "0"] in table
+    assert not any(line[:1] == ["/arm/move/_action/send_goal"] for line in table)
