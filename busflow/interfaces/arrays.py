@@ -110,9 +110,14 @@ def is_frozen(value: AnyArray) -> bool:
 def checker(
     dtype: DTypeLike, *, low: int = 0, high: int = 0, exactly: int | None = None, at_most: int | None = None
 ) -> Callable[[Any], AnyArray]:
-    """Return a function that turns a constructor's argument into a frozen one-dimensional array of `dtype`."""
+    """Return a function that turns a constructor's argument into a frozen one-dimensional array of `dtype`.
+
+    An array of several dimensions is flattened row by row where that is how it is meant: a picture's or a map's bytes,
+    a matrix in a field of fixed length. Elsewhere it is a mistake.
+    """
     wanted = np.dtype(dtype)
     ndarray, is_bytes = np.ndarray, wanted == np.uint8
+    by_rows = exactly is not None or wanted in (np.uint8, np.int8)
 
     def check(value: Any) -> AnyArray:
         # A frozen array of the right type passes here, without a copy: this is the path that must be fast.
@@ -124,6 +129,8 @@ def checker(
         elif is_bytes and type(value) is bytes and value:
             checked = np.frombuffer(value, wanted)
         else:
+            if getattr(value, "ndim", 1) > 1 and not by_rows:
+                raise _refused(f"takes one dimension, not the shape {value.shape}; array.ravel() has its values in one")
             checked = frozen(_convert(value, wanted, low, high))
         if exactly is not None and len(checked) != exactly:
             raise _refused(f"takes exactly {exactly} values, not {len(checked)}")

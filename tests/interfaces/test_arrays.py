@@ -196,9 +196,18 @@ def test_an_empty_array_of_any_type_fits(empty):
     assert is_frozen(check("uint8", empty))
 
 
-def test_arrays_of_more_dimensions_are_flattened_by_row():
-    assert check("float64", np.array([[1.0, 2.0], [3.0, 4.0]])).tolist() == [1, 2, 3, 4]
-    assert check("float64", np.array([[1.0, 2.0], [3.0, 4.0]]).T).tolist() == [1, 3, 2, 4]
+@pytest.mark.parametrize("dtype", ["uint8", "int8"])
+def test_pictures_and_maps_are_flattened_by_row(dtype):
+    picture = np.array([[1, 2], [3, 4]], dtype)
+    assert check(dtype, picture).tolist() == [1, 2, 3, 4]
+    assert check(dtype, picture.T).tolist() == [1, 3, 2, 4]
+
+
+def test_other_arrays_of_more_dimensions_are_refused():
+    shape = "The array takes one dimension, not the shape (2, 2); array.ravel() has its values in one"
+    assert refuse("float64", np.zeros((2, 2))) == shape
+    assert refuse("int32", np.zeros((2, 2), np.int32), at_most=4) == shape
+    assert refuse("bool", np.zeros((2, 2), np.bool_)) == shape
 
 
 def test_lengths_are_exact_or_bounded():

@@ -180,7 +180,7 @@ def _dropped(topic: TopicView, end: EndView, dropped: int) -> Problem:
     why = ", ".join(f"{reason} {count}" for reason, count in reasons.items() if count)
     worst = max(reasons, key=lambda reason: reasons[reason], default="")
     published = counted(end.details.get("published", 0), "message")
-    text = f"{end.node} lost {dropped} of {published} on {topic.name} ({why}), depth {end.details['depth']}"
+    text = f"{end.node} dropped {dropped} of {published} on {topic.name} ({why}), depth {end.details['depth']}"
     return Problem("dropped", text, _REMEDIES.get(worst, "see busflow topic stats"), severity=Severity.WARNING)
 
 
@@ -211,7 +211,9 @@ def _timers(answers: Answers) -> Iterator[Problem]:
             missed, ticks = timer["missed"], timer["fired"] + timer["missed"]
             if missed > _MISSED_SHARE * ticks:
                 text = f"the timer {timer['name']} of {timer['node']} missed {missed} of {counted(ticks, 'tick')}"
-                fix = "a handler of the process takes longer than the period: await in it, or use run_sync"
+                fix = (
+                    "a handler takes longer than the period (await in it, or use run_sync), or the machine is too busy"
+                )
                 yield Problem("timer-late", text, fix, severity=Severity.WARNING)
 
 

@@ -114,7 +114,7 @@ def test_drops_are_reported_with_reason_and_fix():
     ends = [token(TokenKind.PUBLISHER, "source", "/x"), token(TokenKind.SUBSCRIPTION, "sink", "/x")]
     lost = subscription(dropped=4, drops={"expired": 1, "overflow": 3})
     (problem,) = found(ends, answer(topics=[topic(subscriptions=[lost])]))
-    assert problem.message == "/sink lost 4 of 10 messages on /x (expired 1, overflow 3), depth 5"
+    assert problem.message == "/sink dropped 4 of 10 messages on /x (expired 1, overflow 3), depth 5"
     assert problem.fix == "raise its depth, make its handler faster, or choose overflow: block"
 
 
