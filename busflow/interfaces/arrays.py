@@ -117,7 +117,7 @@ def checker(
     """
     wanted = np.dtype(dtype)
     ndarray, is_bytes = np.ndarray, wanted == np.uint8
-    by_rows = exactly is not None or wanted in (np.uint8, np.int8)
+    by_rows = exactly is not None or (wanted.itemsize == 1 and wanted.kind in "iu")
 
     def check(value: Any) -> AnyArray:
         # A frozen array of the right type passes here, without a copy: this is the path that must be fast.
@@ -129,8 +129,8 @@ def checker(
         elif is_bytes and type(value) is bytes and value:
             checked = np.frombuffer(value, wanted)
         else:
-            if getattr(value, "ndim", 1) > 1 and not by_rows:
-                raise _refused(f"takes one dimension, not the shape {value.shape}; array.ravel() has its values in one")
+            if not by_rows:
+                _refuse_dimensions(value)
             checked = frozen(_convert(value, wanted, low, high))
         if exactly is not None and len(checked) != exactly:
             raise _refused(f"takes exactly {exactly} values, not {len(checked)}")
@@ -175,6 +175,11 @@ def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
     if int(flat.min()) < low or int(flat.max()) > high:
         raise _refused(f"takes integers from {low} to {high}, not {int(flat.min())} to {int(flat.max())}")
     return flat.astype(dtype)
+
+
+def _refuse_dimensions(value: Any) -> None:
+    if getattr(value, "ndim", 1) > 1:
+        raise _refused(f"takes one dimension, not the shape {value.shape}; array.ravel() has its values in one")
 
 
 def _from_list(values: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
