@@ -225,7 +225,7 @@ class Clock(ABC):
         self._start_ns = self.monotonic_ns()
 
     def begin(self) -> None:
-        """Mark the start of the run, from which `seconds` counts."""
+        """Mark the start of the run, from which `seconds` counts; used by busflow itself."""
         self._start_ns = self.monotonic_ns()
 
     @abstractmethod

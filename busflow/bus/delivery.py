@@ -84,7 +84,10 @@ class Recipient(ABC, Generic[T, S]):
         return item  # pragma: no cover  # requests do not expire, and a subscription has its own
 
     def open(self) -> Coroutine[Any, Any, None] | None:
-        """Start the delivery; for an `async` handler, the node must run the returned coroutine as a task."""
+        """Start the delivery; for an `async` handler, the node must run the returned coroutine as a task.
+
+        Used by busflow itself.
+        """
         self._open = True
         if self._handler is None:
             return None
@@ -97,7 +100,7 @@ class Recipient(ABC, Generic[T, S]):
         return None
 
     def wake(self) -> None:
-        """Schedule the plain handler, or wake the task, because an item waits."""
+        """Schedule the plain handler, or wake the task, because an item waits; used by busflow itself."""
         self.idle = False
         if self._wakeup is None:
             self._dispatcher.schedule(self)  # type: ignore[union-attr]  # attached, or nothing would arrive
@@ -184,6 +187,6 @@ class Recipient(ABC, Generic[T, S]):
             self._source.idle = True
 
     def pause(self) -> None:
-        """Stop the delivery; arriving items stay queued."""
+        """Stop the delivery; arriving items stay queued. Used by busflow itself."""
         self._open = False
         self.idle: bool = False

@@ -220,7 +220,10 @@ class Publisher(Generic[M]):
             self._topic.replace(self._topic.publishers, predecessor, self)
 
     def report_changes(self) -> None:
-        """Send the node an event if the matching subscriptions have changed since the last one."""
+        """Send the node an event if the matching subscriptions have changed since the last one.
+
+        Used by busflow itself.
+        """
         on_event, topic = self.on_event, self._topic
         if on_event is None or topic is None:
             return
@@ -241,7 +244,10 @@ class Publisher(Generic[M]):
             topic.remove_publisher(self)
 
     def send_through(self, outlet: Callable[[M], None] | None) -> None:
-        """Pass every message to `outlet` too, after the local queues; None while no other process receives it."""
+        """Pass every message to `outlet` too, after the local queues; None while no other process receives it.
+
+        Used by busflow itself.
+        """
         self._outlet = outlet
         self.adjust()
 
@@ -259,7 +265,7 @@ class Publisher(Generic[M]):
 
     @property
     def perishable(self) -> bool:
-        """Whether messages published here can expire."""
+        """Whether messages published here can expire; used by busflow itself."""
         return self._lifespan_ns is not None
 
     @property
@@ -268,18 +274,27 @@ class Publisher(Generic[M]):
         return tuple(self._history or ())
 
     def as_kept(self, message: M) -> M | Perishable[M]:
-        """Return the message as it is queued: with its expiry time, if the publisher has a lifespan."""
+        """Return the message as it is queued: with its expiry time, if the publisher has a lifespan.
+
+        Used by busflow itself.
+        """
         if self._lifespan_ns is None or self._topic is None:
             return message
         return Perishable(message, self._topic.clock.monotonic_ns() + self._lifespan_ns)
 
     def remember(self, items: Sequence[M | Perishable[M]]) -> None:
-        """Add messages that this remote publisher published before it was discovered to the history."""
+        """Add messages that this remote publisher published before it was discovered to the history.
+
+        Used by busflow itself.
+        """
         if self._history is not None:
             self._history = deque([*((0, item) for item in items), *self._history], self._history.maxlen)
 
     def forget(self, item: M | Perishable[M]) -> None:
-        """Remove a remembered message from the history, since it now arrives and is added anew."""
+        """Remove a remembered message from the history, since it now arrives and is added anew.
+
+        Used by busflow itself.
+        """
         if self._history is not None:
             self._history = deque((each for each in self._history if each[1] is not item), self._history.maxlen)
 

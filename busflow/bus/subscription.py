@@ -142,13 +142,13 @@ class Subscription(Recipient[M, Topic[M]]):
         return self.queued >= self.queue.depth
 
     def discard_expired(self) -> None:
-        """Drop the queued messages that have expired."""
+        """Drop the queued messages that have expired; used by busflow itself."""
         source = self._source
         if source is not None and source.perishable and (expired := expire(self.items, source.clock)):
             self.queue.drops["expired"] += expired
 
     def discard_queued(self, reason: str) -> None:
-        """Drop all queued messages, for this reason."""
+        """Drop all queued messages, for this reason; used by busflow itself."""
         while self.items:
             self.queue.discard(reason)
 
@@ -210,7 +210,10 @@ class Subscription(Recipient[M, Topic[M]]):
     # Receiving messages.
 
     def observe(self, listener: Callable[[M], None]) -> None:
-        """Call `listener` with every message just before it is delivered; without listeners this costs nothing."""
+        """Call `listener` with every message just before it is delivered; without listeners this costs nothing.
+
+        Used by busflow itself.
+        """
         inner: Any = self._observer if self._handler is None else self._handler
 
         def observed(message: M) -> Any:
@@ -237,12 +240,12 @@ class Subscription(Recipient[M, Topic[M]]):
 
     @property
     def pushes(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
-        """The functions that a publish on the topic calls for this subscription."""
+        """The functions that a publish on the topic calls for this subscription; used by busflow itself."""
         return self.arrivals if self.link is None else (self.link.carry,)
 
     @property
     def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
-        """The functions to call with an arriving message."""
+        """The functions to call with an arriving message; used by busflow itself."""
         perishable = self._source is not None and self._source.perishable
         push = self._make_room_and_push if perishable else self.queue.fast_push
         if self._deadline is None or self._ended:
@@ -250,7 +253,10 @@ class Subscription(Recipient[M, Topic[M]]):
         return (push, self._deadline.touch)
 
     def report_changes(self) -> None:
-        """Send the node events for changes of publishers, liveliness and losses since the last ones."""
+        """Send the node events for changes of publishers, liveliness and losses since the last ones.
+
+        Used by busflow itself.
+        """
         on_event, topic = self.on_event, self._source
         if on_event is None or topic is None:
             return
@@ -263,30 +269,39 @@ class Subscription(Recipient[M, Topic[M]]):
             on_event(event)
 
     def receive(self, item: M | Perishable[M]) -> None:
-        """Accept a message that a link has held."""
+        """Accept a message that a link has held; used by busflow itself."""
         for arrive in self.arrivals:
             arrive(item)
         if self.idle:
             self.wake()
 
     def receive_earlier(self, items: Sequence[M | Perishable[M]]) -> None:
-        """Accept kept messages that were published before this subscription attached and arrive only now."""
+        """Accept kept messages that were published before this subscription attached and arrive only now.
+
+        Used by busflow itself.
+        """
         self._at_start -= len(items)
         for item in items:
             self.receive(item)
 
     def discount_duplicate(self) -> None:
-        """Do not count the current message: it was already delivered from history."""
+        """Do not count the current message: it was already delivered from history; used by busflow itself."""
         self._at_start += 1
 
     def observe_drops(self, listener: Callable[[str], None]) -> None:
-        """Call `listener` with the reason of every drop as it happens; from now on each drop is counted one by one."""
+        """Call `listener` with the reason of every drop as it happens; from now on each drop is counted one by one.
+
+        Used by busflow itself.
+        """
         self.queue.observe_drops(listener)
         if self._source is not None:
             self._source.rebuild()
 
     def report_losses(self) -> None:
-        """Send the node an event for lost messages too, one for all losses of the same moment."""
+        """Send the node an event for lost messages too, one for all losses of the same moment.
+
+        Used by busflow itself.
+        """
         self.observe_drops(self._on_drop)
 
     def close(self) -> None:

@@ -125,12 +125,18 @@ class Timer:
         self._clock, self._dispatcher, self._spawn, self._on_failure = clock, dispatcher, spawn, on_failure
 
     def continue_account(self, predecessor: Timer) -> None:
-        """Continue the counts of the same timer of the node's previous start; the grid restarts."""
+        """Continue the counts of the same timer of the node's previous start; the grid restarts.
+
+        Used by busflow itself.
+        """
         self.fired, self.missed = predecessor.fired, predecessor.missed
         self._lateness_ns.extend(predecessor._lateness_ns)
 
     def observe(self, listener: Callable[[], None]) -> None:
-        """Call `listener` just before every call of the handler; without listeners this costs nothing."""
+        """Call `listener` just before every call of the handler; without listeners this costs nothing.
+
+        Used by busflow itself.
+        """
         handler: Any = self._handler
 
         def observed() -> Any:
@@ -140,13 +146,13 @@ class Timer:
         self._handler = observed
 
     def open(self) -> None:
-        """Start ticking."""
+        """Start ticking; used by busflow itself."""
         self._open = True
         cast("Clock", self._clock).on_jump.append(self._on_jump)
         self.reset()
 
     def close(self) -> None:
-        """Stop ticking for good."""
+        """Stop ticking for good; used by busflow itself."""
         if self._open:
             cast("Clock", self._clock).on_jump.remove(self._on_jump)
         self._open = False

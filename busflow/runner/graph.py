@@ -94,19 +94,21 @@ class Graph:
         set_clock(self.clock, self.descriptions)
         self.log: Log = Log(self.clock, level=log_level, sinks=sinks)
         self.bus: Bus = Bus(self.clock, explore=explore)
+        """The topics and services of this process."""
         self.watchdog = Watchdog(watchdog_s, self.log) if watchdog_s and self.clock.kind == "system" else None
         self.rosout: Rosout = Rosout(self.bus, self.log)
         self.units: list[Unit] = []
         self.extensions: list[Extension] = []
-        """Extensions of the run."""
+        """Extensions of the run; used by busflow itself."""
         self._begun = ExitStack()
         """Stack that ends the extensions that have begun, the last one first."""
         self.failures: list[Failure] = []
+        """The failures of nodes, the first one first."""
         self.strict = strict
         self.embedded = embedded
-        """Whether a program is around it, which may publish what no node does."""
+        """Whether a program is around it, which may publish what no node does; used by busflow itself."""
         self.prints_failures = prints_failures
-        """Whether the program prints the failures in full at the end: then its console does not show them before."""
+        """Whether the program prints the failures at the end, so that the console need not; used by busflow itself."""
         self._nodes = [made_by_hand(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._plan: Plan | None = None
         self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
@@ -115,10 +117,10 @@ class Graph:
         self._host_cancelling = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self.ending: asyncio.Event = asyncio.Event()
-        """Set once the graph is to end, for whatever reason."""
+        """Set once the graph is to end, for whatever reason; used by busflow itself."""
         self._ready = asyncio.Event()
         self.held: frozenset[str] = frozenset()
-        """Nodes that are not started with the others, since they were stopped by hand in an earlier life."""
+        """Nodes that were stopped by hand in an earlier life, and are not started; used by busflow itself."""
         self._lives: Lives | None = None
 
     # Life.
@@ -135,11 +137,11 @@ class Graph:
 
     @property
     def end_s(self) -> float:
-        """Wall time that the extensions may take to end, beyond the grace of the nodes."""
+        """Wall time that the extensions may take to end, beyond the grace of the nodes; used by busflow itself."""
         return sum(each.end_s for each in self.extensions)
 
     def plan(self) -> Plan:
-        """Build and check the nodes, once, without starting them."""
+        """Build and check the nodes, once, without starting them; used by busflow itself."""
         if self._plan is None:
             preflight = Preflight(self.clock, self.log, seed=self.seed, strict=self.strict)
             self._plan = preflight.plan(self.descriptions, self._nodes)
@@ -193,7 +195,7 @@ class Graph:
         return self
 
     async def dismiss(self, names: Collection[str]) -> None:
-        """Stop some of the nodes for good, while the others go on."""
+        """Stop some of the nodes for good, while the others go on; used by busflow itself."""
         leaving = [unit for unit in self.units if unit.name in names]
         self.units = [unit for unit in self.units if unit not in leaving]
         await stop_units(leaving, self.clock, self.grace_s)
@@ -202,7 +204,7 @@ class Graph:
                 extension.node_dismissed(unit)
 
     def admit(self, members: Sequence[PlannedNode]) -> None:
-        """Start nodes beside those that run."""
+        """Start nodes beside those that run; used by busflow itself."""
         if self._lives is None or self.ending.is_set():
             return
         units = units_of(members, self._overseer(), self.units)
@@ -212,13 +214,13 @@ class Graph:
         self._lives.begin(units)
 
     async def stop_by_hand(self, units: Sequence[Unit]) -> None:
-        """Stop some of the nodes until they are started by hand, while the others go on."""
+        """Stop some of the nodes until they are started by hand, while the others go on; used by busflow itself."""
         for unit in units:
             unit.stop_by_hand()
         await stop_units(units, self.clock, START_TIMEOUT_S)
 
     async def start_by_hand(self, unit: Unit) -> None:
-        """Start a node that has ended, while the others go on.
+        """Start a node that has ended, while the others go on; used by busflow itself.
 
         Raises:
             NotRunning: the graph ends, or code of the node still runs.
@@ -269,16 +271,16 @@ class Graph:
                     unit.ask_to_stop()
 
     def conclude(self, code: ExitCode) -> None:
-        """Set the exit code, unless one is already set."""
+        """Set the exit code, unless one is already set; used by busflow itself."""
         self.exit_code = self.exit_code or code
 
     def end_if_finished(self) -> None:
-        """End the graph if all its nodes have ended, and no extension waits for anything else."""
+        """End the graph if all its nodes have ended, and no extension waits; used by busflow itself."""
         if self.has_finished and all(each.is_finished() for each in self.extensions):
             self.ask_to_stop()
 
     def give_up(self, error: BusflowError) -> None:
-        """End the graph for a reason outside of its nodes, and notify the waiters for its end."""
+        """End the graph, and its waiters' wait, for a reason outside of its nodes; used by busflow itself."""
         if self.given_up is None:
             self.given_up = error
             self.ask_to_stop()
@@ -490,7 +492,7 @@ class Graph:
         return self._outside
 
     def ask_to_stop_from_thread(self, code: ExitCode) -> None:
-        """Ask the graph to end, like `ask_to_stop`, from another thread, and also before the graph is started."""
+        """Ask the graph to end, from another thread or before it is started; used by busflow itself."""
         self._asked_early = code
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self.ask_to_stop, code)

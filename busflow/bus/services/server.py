@@ -79,7 +79,7 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
         return self.endpoint.node
 
     def holder(self, call: Call[Req, Res]) -> Activity | None:  # noqa: ARG002  # it waits for the same as all others
-        """Return the activity that must end before the next request is taken."""
+        """Return the activity that must end before the next request is taken; used by busflow itself."""
         if self._serving is not None:
             return self._serving.activity
         return None if self._open else self._starting
@@ -102,7 +102,7 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
     # Called by the service.
 
     def accept(self, call: Call[Req, Res]) -> None:
-        """Queue a request.
+        """Queue a request; used by busflow itself.
 
         Raises:
             ServiceUnavailable: the queue is full.
@@ -119,7 +119,10 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
             self.wake()
 
     def withdraw(self, call: Call[Req, Res]) -> None:
-        """Remove a queued request; a request the handler has begun with goes on without a caller."""
+        """Remove a queued request; a request the handler has begun with goes on without a caller.
+
+        Used by busflow itself.
+        """
         if call in self.items:
             self.items.remove(call)
             self.withdrawn += 1

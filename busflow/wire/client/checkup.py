@@ -211,9 +211,7 @@ def _timers(answers: Answers) -> Iterator[Problem]:
             missed, ticks = timer["missed"], timer["fired"] + timer["missed"]
             if missed > _MISSED_SHARE * ticks:
                 text = f"the timer {timer['name']} of {timer['node']} missed {missed} of {counted(ticks, 'tick')}"
-                fix = (
-                    "a handler takes longer than the period (await in it, or use run_sync), or the machine is busy"
-                )
+                fix = "a handler takes longer than the period (await in it, or use run_sync), or the machine is busy"
                 yield Problem("timer-late", text, fix, severity=Severity.WARNING)
 
 
