@@ -1,6 +1,6 @@
-"""The calls of a replay: requests to its nodes are made again, and their own calls get the recorded answers.
+"""Calls: makes the recorded requests to replayed nodes again, and gives the nodes' own calls the recorded answers.
 
-What a node answers, and what it asks others, is compared as what it publishes is.
+The answers and the requests of the nodes are compared with the recorded ones, as the messages that they publish are.
 """
 
 from __future__ import annotations
@@ -27,28 +27,28 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
 
 _REPLAYER = "/_replay"
-"""The caller of requests that are made again."""
+"""The caller's name in requests that the replay makes again."""
 
 
 class Calls(Extension):
-    """The services that a graph's nodes answer and ask."""
+    """The services that a graph's nodes answer, and those that they call."""
 
     def __init__(self, graph: Graph, check: Check, answered: Collection[str]) -> None:
-        """Calls for a graph, to which they are yet to be attached.
+        """Prepare the calls of a graph; the caller attaches them to it.
 
         Args:
             graph: The nodes.
-            check: Is given requests and answers, then and now.
-            answered: The services that were answered when they were recorded.
+            check: Compares the recorded requests and answers with those of the replay.
+            answered: The services of which the recording has an answer.
         """
         self._graph, self._check = graph, check
         members = graph.plan().members
         self._gids = {client_gid(each.runtime.full_name).tobytes(): each.runtime.full_name for each in members}
         self._served: dict[str, type[ServiceType]] = {end.service: end.type for each in members for end in each.servers}
-        asked = {end.service: end.type for each in members for end in each.clients}
-        self._asked: dict[str, StandIn] = {
+        called = {end.service: end.type for each in members for end in each.clients}
+        self._stand_ins: dict[str, StandIn] = {
             name: StandIn(name, service_type, check, graph.clock)
-            for name, service_type in asked.items()
+            for name, service_type in called.items()
             if name not in self._served and name in answered
         }
         self._tasks: set[asyncio.Task[None]] = set()
@@ -56,33 +56,33 @@ class Calls(Extension):
             check.watch(name, plain_of(service_type.Response))
 
     def role(self, channel: Channel) -> Callable[[Entry], None] | None:
-        """A handler for the events of a service; None if no node has a part in it."""
+        """Return the handler of a service's recorded events; None for other channels, or if no node needs them."""
         name = channel.topic.removesuffix(SUFFIX)
         if name == channel.topic:
             return None
         if name in self._served:
             return _Server(self, name, self._served[name]).on_event
-        return self._asked[name].hearer(self._gids) if name in self._asked else None
+        return self._stand_ins[name].listener(self._gids) if name in self._stand_ins else None
 
-    def is_ours(self, gid: bytes) -> bool:
-        """True if one of the replayed nodes made the call: it then makes it again by itself."""
+    def is_by_node(self, gid: bytes) -> bool:
+        """Return whether a replayed node made the call: the node makes it again by itself."""
         return gid in self._gids
 
     def call(self, name: str, request: Message) -> None:
-        """Make a request anew, and compare the answer when it comes."""
+        """Make a recorded request again, and compare the answer when it comes."""
         task = asyncio.get_running_loop().create_task(self._call(name, request))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
     def answered(self, name: str, time_ns: int, response: Message) -> None:
-        """The recorded answer of a node."""
+        """Note the recorded answer of a node, for the comparison."""
         self._check.recorded(name, Published(time_ns, TypeSupport(type(response)).encode(response)))
 
     async def close(self) -> None:
-        """Wait for no answers any more.
+        """Cancel the requests that have no answer yet.
 
         Raises:
-            Exception: One of the requests failed in a way that is no service's.
+            Exception: A request failed with an error that is not busflow's.
         """
         tasks = tuple(self._tasks)
         for task in tasks:
@@ -95,27 +95,27 @@ class Calls(Extension):
         service = self._graph.bus.services.get(name)
         if service is None:
             return
-        with suppress(BusflowError):  # an answer that was recorded and does not come is a difference already
+        with suppress(BusflowError):  # if an answer was recorded, its absence is a difference anyway
             response: Message = await service.call(request, caller=_REPLAYER)
             now_ns = self._graph.clock.now().nanoseconds
             self._check.replayed(name, Published(now_ns, TypeSupport(type(response)).encode(response)))
 
     def begin(self) -> None:
-        """Answer what the nodes ask others."""
-        for name, stand_in in self._asked.items():
+        """Answer the nodes' calls to nodes that do not run in the replay."""
+        for name, stand_in in self._stand_ins.items():
             self._graph.bus.service(name, stand_in.type, "the recording").join(stand_in)
 
 
 class _Server:
-    """A service that one of the nodes answers."""
+    """Handles the recorded events of a service that a replayed node answers."""
 
     def __init__(self, calls: Calls, name: str, service_type: type[ServiceType]) -> None:
         self._calls, self._name, self._event = calls, name, event_class(service_type)
 
     def on_event(self, entry: Entry) -> None:
-        """Make the request anew, or know what the answer was; what the nodes ask each other they ask by themselves."""
+        """Make a recorded request again, or note a recorded answer; skip calls that a replayed node makes by itself."""
         event: Any = entry.channel.decode(entry.payload, self._event)
-        if self._calls.is_ours(event.info.client_gid.tobytes()):
+        if self._calls.is_by_node(event.info.client_gid.tobytes()):
             return
         if event.info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request:
             self._calls.call(self._name, event.request[0])
@@ -124,7 +124,7 @@ class _Server:
 
 
 class StandIn:
-    """Answers in the place of a node that is not run anew, as was recorded: the nth call of a node gets its answer."""
+    """Answers for a node that does not run in the replay: a caller's nth call gets its nth recorded answer."""
 
     def __init__(self, name: str, service_type: type[ServiceType], check: Check, clock: Clock) -> None:
         self.node = "the recording"
@@ -133,17 +133,21 @@ class StandIn:
         self._encode = TypeSupport(service_type.Request).encode
         self._event = event_class(service_type)
         self._made: defaultdict[str, int] = defaultdict(int)
+        """By caller, the number of calls in the replay."""
         self._waiting: dict[tuple[str, int], Call[Any, Any]] = {}
-        self._asked: defaultdict[str, list[int]] = defaultdict(list)
+        """By caller and index, the calls whose recorded answers are still to come."""
+        self._recorded_numbers: defaultdict[str, list[int]] = defaultdict(list)
+        """By caller, the sequence numbers of the recorded requests: the nth belongs to the caller's nth call."""
         self._answers: dict[tuple[str, int], Message] = {}
+        """By caller and index, the recorded answers whose calls are still to come."""
         check.watch(self._topic, plain_of(service_type.Request))
 
     def holder(self, call: Call[Any, Any]) -> Activity | None:  # noqa: ARG002  # whichever it is
-        """Return None: nothing holds it up."""
+        """Return None: no activity delays a recorded answer."""
         return None
 
     def accept(self, call: Call[Any, Any]) -> None:
-        """Take a call, and answer it when its answer was recorded."""
+        """Take a call, and answer it once the replay has reached the recorded answer."""
         self._check.replayed(self._topic, Published(self._clock.now().nanoseconds, self._encode(call.request)))
         key = call.caller, self._made[call.caller]
         self._made[call.caller] += 1
@@ -153,13 +157,13 @@ class StandIn:
             self._waiting[key] = call
 
     def withdraw(self, call: Call[Any, Any]) -> None:
-        """The caller does not wait for the answer any more."""
+        """Do nothing: an answer to a caller that no longer waits has no effect."""
 
     def statistics(self) -> None:
-        """There is no server, and so no account."""
+        """Return None: there is no server here that counts."""
 
-    def hearer(self, gids: Mapping[bytes, str]) -> Callable[[Entry], None]:
-        """A listener for the service events of replayed nodes."""
+    def listener(self, gids: Mapping[bytes, str]) -> Callable[[Entry], None]:
+        """Return a handler of the service's recorded events; it uses those of calls by replayed nodes, named by gid."""
 
         def on_event(entry: Entry) -> None:
             event: Any = entry.channel.decode(entry.payload, self._event)
@@ -167,7 +171,7 @@ class StandIn:
             if caller is None:
                 return
             if event.info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request:
-                self._asked[caller].append(event.info.sequence_number)
+                self._recorded_numbers[caller].append(event.info.sequence_number)
                 self._check.recorded(self._topic, Published(entry.log_time_ns, self._encode(event.request[0])))
             elif event.info.event_type == ServiceEventInfo.RESPONSE_SENT and event.response:
                 self._answer(caller, event.info.sequence_number, event.response[0])
@@ -175,9 +179,9 @@ class StandIn:
         return on_event
 
     def _answer(self, caller: str, number: int, response: Message) -> None:
-        if number not in self._asked[caller]:
+        if number not in self._recorded_numbers[caller]:
             return
-        key = caller, self._asked[caller].index(number)
+        key = caller, self._recorded_numbers[caller].index(number)
         call = self._waiting.pop(key, None)
         if call is None:
             self._answers[key] = response
@@ -186,6 +190,6 @@ class StandIn:
 
 
 def plain_of(cls: type[Message]) -> Callable[[bytes], Any]:
-    """A function that turns messages of a class into plain data."""
+    """Return a function that decodes messages of a class to plain data."""
     support = TypeSupport(cls)
     return ForeignType(support.name, support.type_hash, support.description).decode

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Iterator[str]:
-    """A line for each topic of the nodes whose recorded messages are not those that they had.
+    """Yield lines for people about topics on which the nodes get other messages in the replay than they got in the run.
 
     Args:
-        bag: The recording, whose ledger is asked.
-        topics: What the nodes publish and receive.
+        bag: The recording; its ledger has the counts of the run.
+        topics: The topics that the nodes publish and receive.
         nodes: Their full names.
     """
     counts = {each.topic: each.count for each in bag.channels}
@@ -40,18 +40,20 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
             yield f"{name}: the run published {counted(published, 'message')}, and the recording has {there} of them"
         if lost := _lost(topic):
             missed = counted(lost, "message was", "messages were")
-            yield f"{name}: {missed} lost between processes, and given in the replay"
+            yield f"{name}: {missed} lost between processes in the run, but not in the replay"
         for subscription in mappings(topic.get("subscriptions")):
             dropped = _dropped(subscription)
             if subscription.get("node") in nodes and dropped > 0:
-                yield f"{name}: {subscription['node']} lost {counted(dropped, 'message')}, and had all in the replay"
+                missed = f"{subscription['node']} dropped {counted(dropped, 'message')} in the run"
+                yield f"{name}: {missed}, and received all in the replay"
 
 
 def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:
-    """By node and topic, the number of recorded messages that reached the node: the later ones came too late.
+    """Return, by node and topic, how many of the recorded messages reached the node in the run: always the first ones.
 
-    A publisher may stop after its subscribers, or in another process. Cases that the recording does not show are left
-    out: a killed process, messages lost on their way to another process, two subscriptions.
+    The later ones came after the node had stopped: its publisher stopped after it, or runs in another process. The
+    result leaves out the cases in which the ledger does not show this number: a killed process, messages lost on their
+    way to another process, a node with two subscriptions to the topic.
     """
     if bag.ledger is None or bag.incomplete:
         return {}
@@ -62,44 +64,44 @@ def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:
         if _lost(topic) or topic.get("published") != counts.get(name):
             continue
         for line in mappings(topic.get("subscriptions")):
-            had = line.get("published" if _dropped(line) else "delivered")
-            if line.get("node") in nodes and isinstance(had, int):
-                had -= _unmatched(line) if _dropped(line) else 0
-                found.setdefault((str(line["node"]), name), []).append(had)
-    return {key: had[0] for key, had in found.items() if len(had) == 1}
+            received = line.get("published" if _dropped(line) else "delivered")
+            if line.get("node") in nodes and isinstance(received, int):
+                received -= _unmatched(line) if _dropped(line) else 0
+                found.setdefault((str(line["node"]), name), []).append(received)
+    return {key: numbers[0] for key, numbers in found.items() if len(numbers) == 1}
 
 
 def _dropped(line: Mapping[str, Any]) -> int:
-    """The number of messages that a subscription dropped: those that arrived in its process."""
+    """Return how many messages a subscription dropped after they had arrived in its process."""
     dropped = line.get("dropped")
     return dropped - _unmatched(line) if isinstance(dropped, int) else 0
 
 
 def _unmatched(line: Mapping[str, Any]) -> int:
-    """The number of messages published while a subscription's process was not there."""
+    """Return how many messages were published while the subscription's process was not there."""
     drops = line.get("drops")
     count = cast("Mapping[Any, Any]", drops).get(UNMATCHED) if isinstance(drops, dict) else None
     return count if isinstance(count, int) else 0
 
 
 def _lost(topic: Mapping[str, Any]) -> int:
-    """The number of messages on a topic that were lost between processes."""
+    """Return how many messages of a topic were lost between processes."""
     losses = cast("Mapping[Any, Any]", topic.get("losses") if isinstance(topic.get("losses"), dict) else {})
-    # What the inbox of threads lost was never published, and so is in no recording.
+    # A message that the inbox of threads lost was never published, and so is in no recording.
     return sum(n for reason, n in losses.items() if isinstance(n, int) and not str(reason).startswith("inbox_"))
 
 
 @dataclass(slots=True)
 class Past:
-    """The set-up of the recorded run, and its ticking timers."""
+    """The set-up of the recorded run, its ticking timers and its answered services."""
 
     started_ns: int
-    """The recording's time at which the run's own time was 0: by its ticks, else the recording's start."""
+    """The time at which the recorded run began: by its ticks if it has any, else the recording's start."""
     simulated: bool
-    """True if its time was simulated, and so is exactly the same in a replay."""
+    """True if the run's time was simulated: then the times of a replay are exactly the same."""
     seed: int
-    ours: bool
-    """True for a recording of busflow."""
+    by_busflow: bool
+    """True if busflow made the recording, and not another program."""
     parameters: Mapping[str, Mapping[str, object]]
     """The parameters at the start, by node."""
     ticks: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
@@ -107,14 +109,14 @@ class Past:
     ticks_in_order: bool = True
     """True if no tick has an earlier time than one before it: no clock was set back."""
     answered: set[str] = field(default_factory=set[str])
-    """The services that were answered at all."""
+    """The services of which the recording has an answer."""
 
 
 def past_of(bag: Bag) -> Past:
-    """Read the facts of a recording; of another program's, its start and parameters.
+    """Read the facts of a recording; one that another program made states neither seed nor clock, and has no ticks.
 
     Raises:
-        BagError: There is nothing in it.
+        BagError: The recording has no message.
     """
     facts = bag.facts
     started_ns = bag.start_ns if facts is None or facts.started_ns is None else facts.started_ns
@@ -123,7 +125,7 @@ def past_of(bag: Bag) -> Past:
     parameters: dict[str, dict[str, object]] = {}
     ticks: Counter[tuple[str, str]] = Counter()
     answered: set[str] = set()
-    began, latest_ns, in_order = None, 0, True
+    first_tick, latest_ns, in_order = None, 0, True
     for entry in bag.entries(lambda channel: channel.topic in {PARAMETER_EVENTS, TICKS} or _is_call(channel)):
         if _is_call(entry.channel):
             answered |= _answered(entry)
@@ -131,35 +133,35 @@ def past_of(bag: Bag) -> Past:
             tick = tick_of(entry)
             if tick is not None:
                 ticks[tick.node, tick.timer] += 1
-                began = began or tick
+                first_tick = first_tick or tick
                 in_order = in_order and tick.time_ns >= latest_ns
                 latest_ns = tick.time_ns
         else:
-            _learn(parameters, _event(entry), first_only=facts is not None)
-    if began is not None:
-        started_ns = began.time_ns - began.elapsed_ns
+            _add_parameters(parameters, _event(entry), first_only=facts is not None)
+    if first_tick is not None:
+        started_ns = first_tick.time_ns - first_tick.elapsed_ns
     simulated = facts is not None and facts.clock == "sim"
     seed = facts.seed if facts is not None and facts.seed is not None else 0
     return Past(started_ns, simulated, seed, facts is not None, parameters, ticks, in_order, answered)
 
 
 def change_of(entry: Entry) -> tuple[str, dict[str, object]]:
-    """The node whose parameters changed, and their new values; of one that was deleted, None."""
+    """Return the node whose parameters changed, and their new values; the value of a deleted parameter is None."""
     event = _event(entry)
     changed = {each.name: plain_value(each.value) for each in (*event.new_parameters, *event.changed_parameters)}
     return event.node, changed | {each.name: None for each in event.deleted_parameters}
 
 
 def tick_of(entry: Entry) -> Tick | None:
-    """The tick that was recorded; None where it is nothing of the kind."""
+    """Return the recorded tick; None if the message is not a tick."""
     try:
         return Tick.parse(entry.channel.decode(entry.payload, String).data, entry.log_time_ns)
     except (BagError, MalformedMessage):
         return None
 
 
-def _learn(parameters: dict[str, dict[str, object]], event: ParameterEvent, *, first_only: bool) -> None:
-    """In a busflow recording the first event of a node has all its parameters; in ROS 2's they come one by one."""
+def _add_parameters(parameters: dict[str, dict[str, object]], event: ParameterEvent, *, first_only: bool) -> None:
+    """Add an event's parameters. A node's first event in a busflow recording has all; in ROS 2 they come one by one."""
     if first_only and event.node in parameters:
         return
     known = parameters.setdefault(event.node, {})
@@ -172,7 +174,7 @@ def _is_call(channel: Channel) -> bool:
 
 
 def _answered(entry: Entry) -> set[str]:
-    """The service, if this event is an answer of it."""
+    """Return the service if this event is an answer of it, else an empty set."""
     try:
         answer = entry.channel.plain(entry.payload)["response"]
     except (BagError, MalformedMessage, LookupError, TypeError):

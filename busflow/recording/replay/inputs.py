@@ -1,4 +1,4 @@
-"""The inputs of a replay: recorded messages that are published anew, for the nodes that receive them."""
+"""Inputs: publishes recorded messages again, for the replayed nodes that receive them."""
 
 from __future__ import annotations
 
@@ -17,20 +17,26 @@ if TYPE_CHECKING:
 
 
 class Inputs:
-    """Publishes on the topics that the nodes of a graph receive, and that none of them publishes."""
+    """Publishers on the topics that a graph's nodes receive and that none of these nodes publishes."""
 
     def __init__(self, graph: Graph, published: Collection[str], shares: Mapping[tuple[str, str], int]) -> None:
-        """Inputs for a graph whose nodes publish these topics themselves.
+        """Start without publishers.
 
-        By node and topic `shares` says how many messages a node gets, where that is not all of them.
+        Args:
+            graph: The nodes.
+            published: The topics that the nodes publish themselves.
+            shares: By node and topic, the number of messages that the node gets; without an entry it gets all.
         """
         self._graph, self._published, self._shares = graph, published, shares
         self._publishers: dict[str, Publisher[Any]] = {}
         self.refused: dict[str, int] = {}
-        """By topic, the number of messages that found no room in a blocking queue."""
+        """By topic, the number of messages for which a blocking queue had no room."""
 
     def feed(self, channel: Channel) -> Callable[[Entry], None] | None:
-        """A publisher for messages of a channel; None if it is not needed. Raises BagError for another type."""
+        """Return a function that publishes a channel's messages; None if no node needs them.
+
+        The function raises BagError if the channel's type is not that of the subscription.
+        """
         received = self._received().get(channel.topic)
         if not received:
             return None
@@ -60,7 +66,7 @@ class Inputs:
         return frozenset(self._received())
 
     def not_in(self, recorded: Collection[str]) -> Iterator[tuple[str, str]]:
-        """The topics that the nodes receive and that were not recorded, each with a node."""
+        """Yield the topics that the nodes receive and that were not recorded, each with one of these nodes."""
         for topic, subscriptions in sorted(self._received().items()):
             if topic not in recorded:
                 yield topic, subscriptions[0].endpoint.node
@@ -75,7 +81,7 @@ class Inputs:
 
 
 def offer_for(received: list[Subscription[Any]], recorded: QoS | None) -> QoS:
-    """A profile of which every subscription can receive, that keeps and forgets messages as the recorded one did."""
+    """Return a QoS that suits every subscription; depth and lifespan are those of the recorded publisher."""
     wanted = [each.endpoint.qos for each in received]
     recorded = recorded or QoS()
     latched = any(each.latched for each in (*wanted, recorded))

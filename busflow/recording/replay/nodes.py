@@ -1,4 +1,4 @@
-"""The nodes of a replay, with the parameters that they had when they were recorded."""
+"""ReplayPlan: the nodes of a replay, with their recorded parameters."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ OF_THE_RUN = {PARAMETER_EVENTS, ROSOUT}
 
 @dataclass(slots=True)
 class ReplayPlan:
-    """The nodes that are replayed, and facts about the others."""
+    """The nodes that run again, and facts about the others."""
 
     what: list[What] = field(default_factory=list[What])
     others_publish: set[str] = field(default_factory=set[str])
-    """Topics on which nodes publish that are not run anew."""
+    """Topics on which the other nodes of the launch files publish, which do not run in the replay."""
     notes: list[str] = field(default_factory=list[str])
-    """Notes for the reader of the outcome."""
+    """The limits of the replay, as lines for people."""
 
 
 def replay_plan(
@@ -53,12 +53,12 @@ def replay_plan(
     clock: Clock,
     log: Log,
 ) -> ReplayPlan:
-    """The nodes of launch files that are named, all where none is; and those that are given as classes and instances.
+    """Return the named nodes of the launch files (all if none is named), and the node classes and instances.
 
     Raises:
         BagError: No launch file has a node of that name.
         LaunchError: A launch file cannot be read.
-        InvalidParameter: What was recorded is no parameter of a class any more.
+        InvalidParameter: A recorded value is not valid for the parameter of a class any more.
     """
     plan = ReplayPlan()
     files = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
@@ -74,7 +74,7 @@ def replay_plan(
         plan.notes += _overruled(members, {spec.full_name for spec in chosen}, recorded)
         names = {spec.full_name for spec in chosen}
         plan.others_publish |= set(_published(each for each in members if each.runtime.full_name not in names))
-        used = set(_used(each for each in members if each.runtime.full_name in names))
+        used = set(_topics(each for each in members if each.runtime.full_name in names))
         plan.what.append(
             replace(
                 description,
@@ -90,31 +90,31 @@ def replay_plan(
 
 
 def _overruled(members: Iterable[PlannedNode], names: Collection[str], recorded: Recorded) -> Iterator[str]:
-    """The values of a launch file or argument that a replay ignores, since others were recorded."""
+    """Yield a note for each value of a launch file or argument that gives way to another, recorded value."""
     for each in members:
         spec, values = each.spec, recorded.get(each.runtime.full_name, {})
         if spec is None or spec.full_name not in names:
             continue
         parameters: Parameters = each.node.parameters
         for info in describe(type(parameters)):
-            said = spec.parameters.find(tuple(info.name.split(".")))
-            if said is None or info.name not in values:
+            stated = spec.parameters.find(tuple(info.name.split(".")))
+            if stated is None or info.name not in values:
                 continue
             then, now = plain(values[info.name], info), value_of(parameters, info.name)
             if then != now:
-                yield f"{spec.full_name} has {info.name} = {then!r}, as recorded, and not {now!r} ({said.origin})"
+                yield f"{spec.full_name} has {info.name} = {then!r}, as recorded, and not {now!r} ({stated.origin})"
 
 
 def _published(members: Iterator[PlannedNode]) -> Iterator[str]:
     yield from (end.topic for each in members for end in each.publishers if end.topic not in OF_THE_RUN)
 
 
-def _used(members: Iterator[PlannedNode]) -> Iterator[str]:
+def _topics(members: Iterator[PlannedNode]) -> Iterator[str]:
     yield from (end.topic for each in members for end in (*each.publishers, *each.subscriptions))
 
 
 def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, plan: ReplayPlan) -> NodeSpec:
-    """A node as the file has it, but with its recorded parameters, and without those that it would wait for in vain."""
+    """Return a file's node with its recorded parameters; it waits only for nodes that run in the replay too."""
     needs = {name: each for name, each in spec.supervision.depends_on.items() if name in names}
     spec = replace(spec, supervision=replace(spec.supervision, depends_on=needs), process=None)
     values = recorded.get(spec.full_name)
@@ -124,26 +124,26 @@ def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, p
         cls = plugins.load(spec.plugin, spec.folders)
     except PluginError:
         return spec  # it is reported, with its place, when the graph is planned
-    data = _fitting(values, cls, spec.full_name, plan)
+    data = _nested_values(values, cls, spec.full_name, plan)
     return replace(spec, parameters=spec.parameters.merged(Value.of(data, _RECORDED)))
 
 
 def _built(what: Any, recorded: Recorded, plan: ReplayPlan) -> What:
-    """A node of a class, with its recorded parameters; an instance has its own."""
+    """Return a class's node with its recorded parameters; return an instance as it is, with its own parameters."""
     if not (isinstance(what, type) and issubclass(what, Node)):
         return cast("What", what)
     factory = NodeFactory(what)
-    values = _fitting(recorded.get(f"/{factory.name}", {}), factory.node_class, factory.name, plan)
+    values = _nested_values(recorded.get(f"/{factory.name}", {}), factory.node_class, factory.name, plan)
     return factory.build(factory.parameters(values))
 
 
-def _fitting(values: Mapping[str, object], cls: type[Node], node: str, plan: ReplayPlan) -> dict[str, object]:
-    """The recorded values as a file would state them; those of parameters that are gone are noted and left out."""
+def _nested_values(values: Mapping[str, object], cls: type[Node], node: str, plan: ReplayPlan) -> dict[str, object]:
+    """Return the recorded values, nested as in a launch file; note and omit parameters that no longer exist."""
     infos = {info.name: info for info in describe(parameters_class(cls))}
     found: dict[str, Any] = {}
     for name, value in values.items():
         if name not in infos:
-            plan.notes.append(f"{node} had a parameter {name} when it was recorded, and has none now")
+            plan.notes.append(f"{node} had a parameter {name} when it was recorded, and has no such parameter now")
             continue
         *groups, last = name.split(".")
         inner = found
@@ -154,7 +154,7 @@ def _fitting(values: Mapping[str, object], cls: type[Node], node: str, plan: Rep
 
 
 def plain(value: object, info: ParameterInfo) -> object:
-    """A recorded value as the parameter's own type: what ROS 2 has no type for was recorded as JSON.
+    """Return a recorded value in the parameter's own type: a type that ROS 2 lacks was recorded as JSON.
 
     >>> plain('{"a": 1}', ParameterInfo("limits", "dict[str, int]")), plain("a", ParameterInfo("name", "str"))
     ({'a': 1}, 'a')

@@ -171,7 +171,7 @@ class Rerun:
         if node not in self._nodes:
             return
         # The first event of a node in a recording of busflow has the parameters that it starts with here anyway.
-        if self._past.ours and node not in self._initially_set:
+        if self._past.by_busflow and node not in self._initially_set:
             self._initially_set.add(node)
             return
         store = runtime_of(self._graph.node(node)).parameters

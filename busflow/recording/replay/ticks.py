@@ -1,10 +1,11 @@
 """Recorded ticks of timers: the clock that replays them, and the ticks that are still to come.
 
-A recording holds each tick of a timer in its place between the messages. A tick that is due on the timer's own grid, by
-the period that it had, comes at that place; any other comes on the grid. So a node that ticks at another rate than
-before does so when it is replayed, and one that does not meets its messages in the recorded order.
+A recording holds each tick of a timer in its place between the messages. A timer of the replay is due on its own grid,
+which begins in the replay. If the recorded tick has the same period and is close to that time, the timer ticks at the
+recorded place; otherwise it ticks when it is due. So a timer with a new period keeps that period in a replay, and with
+the old period its ticks and the messages come in the recorded order.
 
-A recording of hours holds millions of ticks. Only those up to the next one of the slowest timer are in memory.
+A recording of hours holds millions of ticks. Only those up to the next tick of the slowest timer are in memory.
 """
 
 from __future__ import annotations
@@ -25,30 +26,31 @@ if TYPE_CHECKING:
 
 
 class ReplayClock(SimClock):
-    """Simulated time that leads the timers of some nodes."""
+    """Simulated time on which timers tick as recorded."""
 
     def __init__(self, loop: VirtualLoop, started_ns: int, *, slack_ns: int) -> None:
-        """The time of a recording that was begun at a moment of its clock.
+        """Set the time to that at which the recorded run began.
 
         Args:
-            loop: Whose time it is.
-            started_ns: When the recorded run began.
-            slack_ns: How far a recorded tick may be from the timer's own grid: real timers are late, and the run
-                began a little before its nodes did.
+            loop: The loop whose virtual time this clock shows.
+            started_ns: The time at which the recorded run began, by its own clock.
+            slack_ns: The greatest distance of a recorded tick from the timer's own grid: real timers are late, and the
+                run began a little before its nodes did.
         """
         super().__init__(epoch_ns=started_ns, loop=loop)
         self._virtual, self._slack_ns = loop, slack_ns
         self._coming: ComingTicks | None = None
         self._waiting: dict[tuple[str, str], asyncio.TimerHandle] = {}
+        """By node and timer, the call that waits for the timer's next recorded tick."""
         self.unmet: int = 0
-        """Recorded ticks for which no timer waited."""
+        """The number of recorded ticks for which no timer waited."""
 
     def expect(self, coming: ComingTicks) -> None:
-        """Know what will come."""
+        """Take the recorded ticks that will come; without them every timer ticks on its own grid."""
         self._coming = coming
 
     def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
-        """Have the loop call back at the deadline; a timer, at its next recorded tick if that is the one."""
+        """Have the loop call back at the deadline; for a timer, at its next recorded tick if that is due then."""
         timer: Any = getattr(callback, "__self__", None)
         if isinstance(timer, Timer) and self._is_recorded(timer, deadline_ns):
             handle = asyncio.TimerHandle(deadline_ns / 1e9, callback, (), self._virtual)
@@ -57,7 +59,7 @@ class ReplayClock(SimClock):
         return super().call_at(deadline_ns, callback)
 
     def tick(self, tick: Tick) -> None:
-        """Let a timer tick that waits for this; called when all that was recorded before has happened."""
+        """Call the timer that waits for this recorded tick; all events recorded before it have been replayed."""
         if self._coming is not None:
             self._coming.come(tick)
         handle = self._waiting.pop((tick.node, tick.timer), None)
@@ -67,7 +69,7 @@ class ReplayClock(SimClock):
             self._virtual.call_soon(handle._run)  # noqa: SLF001 - a handle has no other way to be called
 
     def _is_recorded(self, timer: Timer, deadline_ns: int) -> bool:
-        """True if a timer that is due now ticked in the recording."""
+        """Return whether the timer's next recorded tick has its period and is within the slack of the deadline."""
         if self._coming is None:
             return False
         due_ns = self.now().nanoseconds + deadline_ns - self.monotonic_ns()
@@ -76,31 +78,34 @@ class ReplayClock(SimClock):
 
 
 Key = tuple[str, str]
-"""A node and its timer."""
+"""The names of a node and its timer."""
 
 
 class ComingTicks:
-    """The ticks of some nodes, in the recorded order."""
+    """The ticks of some nodes that are still to come, in the recorded order."""
 
     def __init__(self, bag: Bag, nodes: Collection[str], counts: Mapping[Key, int], *, in_order: bool) -> None:
-        """The ticks of a recording from its beginning on.
+        """Begin with the first tick of a recording.
 
         Args:
             bag: The recording, which is read a second time, in step with the first.
-            nodes: Whose ticks are wanted.
-            counts: How many ticks of each timer there are, so that none is looked for after the last.
-            in_order: Whether their times never step back: then the time of one shows that all earlier ones were read.
+            nodes: The nodes whose ticks are wanted.
+            counts: The number of ticks of each timer: after a timer's last tick no further one is looked for.
+            in_order: True if no tick has an earlier time than one before it. Then a tick that was read shows that all
+                ticks with earlier times were read too.
         """
         self.held: int = 0
-        """The number of known ticks that are yet to come."""
+        """The number of ticks in memory: they have been read and are still to come."""
         self._ticks = _ticks(bag, nodes)
         self._unread = Counter(counts)
+        """The number of ticks that have not been read, by timer."""
         self._in_order = in_order
         self._ahead: defaultdict[Key, deque[Tick]] = defaultdict(deque)
         self._reached_ns = 0
+        """The time of the last tick that was read."""
 
     def next(self, key: Key, until_ns: int) -> Tick | None:
-        """The next tick of a timer; None where there is none until this moment, or none at all."""
+        """Return a timer's next tick; None if it has none left, or if times are in order and none comes until then."""
         ahead = self._ahead[key]
         while not ahead and self._unread[key] > 0 and not (self._in_order and self._reached_ns > until_ns):
             if not self._read():
@@ -108,17 +113,18 @@ class ComingTicks:
         return ahead[0] if ahead else None
 
     def come(self, tick: Tick) -> None:
-        """This tick, the next of all in the recorded order, has come."""
+        """Remove this tick, the next of all in the recorded order: it has come."""
         ahead = self._ahead[tick.node, tick.timer]
         if ahead or self._read():
             ahead.popleft()
             self.held -= 1
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Stop reading the recording."""
         self._ticks.close()
 
     def _read(self) -> bool:
+        """Read one more tick into memory; return False at the end of the recording."""
         tick = next(self._ticks, None)
         if tick is None:
             return False

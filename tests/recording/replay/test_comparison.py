@@ -84,5 +84,5 @@ def test_inbox_losses_are_not_given_in_replay(tmp_path):
     path = write_messages(tmp_path / "run.mcap", [("/a", Float64(data=1.0), 1)], ledger={"report": json.dumps(report)})
     with Bag(path) as bag:
         assert [*loss_notes(bag, {"/a"}, set())] == [
-            "/a: 2 messages were lost between processes, and given in the replay"
+            "/a: 2 messages were lost between processes in the run, but not in the replay"
         ]
