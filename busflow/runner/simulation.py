@@ -1,4 +1,4 @@
-"""Simulation: a graph that has virtual time to itself, to be run as fast as it goes or at a rate."""
+"""Simulation: a graph on its own virtual time, as fast as possible, at a rate, or after a simulator's `/clock`."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ from busflow.runner.sources import What
 def simulated_graph(
     what: Sequence[What], *, show: Callable[[Graph], object] | None = None, **options: Any
 ) -> Generator[tuple[Graph, Callable[[], VirtualLoop]]]:
-    """Build a graph on simulated time, and the factory of the loop that `run_graph` runs it on.
+    """Build a graph on simulated time, and a function that returns its loop, for `run_graph`.
 
     Args:
-        what: As `Graph` takes it; a launch file's `clock` says how fast time goes.
-        show: Lets the graph be looked into, where its time follows a simulator: that may be in another process.
+        what: As `Graph` takes it; the `clock` of a launch file says how fast time goes, or that it follows a simulator.
+        show: Makes the graph inspectable. It is called only if time follows a simulator, which may be in another
+            process.
         options: As `Graph` takes them.
     """
     clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
@@ -41,7 +42,7 @@ def simulated_graph(
         if follows:
             following = Following(graph, clock, loop)
             if show is not None:
-                show(graph)  # before there is anything to be seen
+                show(graph)  # first: its extension must begin before `following` attaches an endpoint
                 graph.attach(following)
         yield graph, lambda: loop
 
@@ -49,29 +50,29 @@ def simulated_graph(
 TOPIC = "/clock"
 _NODE = "/_clock"
 _QOS = QoS(depth=1, reliability=Reliability.BEST_EFFORT)
-"""QoS that every simulator offers."""
+"""QoS of the subscription: every simulator's publisher satisfies it."""
 
 
 class Following(Extension):
-    """Moves a loop's time as a graph's simulator says.
+    """Moves a loop's time to the stamps that a simulator publishes on `/clock`.
 
-    Before the first message it is 0, as in ROS 2; then the stamps begin where the simulator does, and no time has
-    passed. Forwards, what was due meanwhile comes once, and timers count the ticks that they missed. Backwards, a timer
-    starts anew if its last tick is in the future now, and otherwise waits for the stamp of its next tick. A sleep lasts
-    as long as it was to.
+    The clock shows 0 before the first message, as in ROS 2. That message sets the clock to the simulator's time, and no
+    virtual time passes. When a later stamp moves time forwards, everything that was due in between happens once, and
+    timers count the ticks that they missed. When a stamp sets the clock back, a timer starts again if its last tick is
+    now in the future, and otherwise waits for the stamp of its next tick; a sleep lasts as long as it was to last.
     """
 
     def __init__(self, graph: Graph, clock: SimClock, loop: VirtualLoop) -> None:
-        """Listen from the first publisher of the topic on; the graph has yet to be started."""
+        """Set the clock to 0, and follow the topic from its first publisher on; the graph has not started."""
         self._clock, self._loop, self._bus = clock, loop, graph.bus
         self._tapped = self._began = False
         clock.start_at(Time(0))
         graph.bus.on_attach.append(self._on_attach)
 
     def begin(self) -> None:
-        """Receive the topic, so that a simulator in another process finds it once this run can be looked into."""
+        """Subscribe to the topic, so that a simulator in another process finds it if this run is inspectable."""
         endpoint = Endpoint(_NODE, TOPIC, Clock, _QOS, "the run's clock", TOPIC)
-        subscription = Subscription(Clock, endpoint, _pass_over)
+        subscription = Subscription(Clock, endpoint, _ignore)
         self._bus.attach_subscription(subscription, lambda _error, _message: None)
         subscription.open()
 
@@ -100,5 +101,5 @@ class Following(Extension):
                 listener(by)
 
 
-def _pass_over(_message: Clock) -> None:
-    """Ignore the message: the tap has handled it before any queue had it."""
+def _ignore(_message: Clock) -> None:
+    """Ignore the message: the tap has handled it before it entered a queue."""

@@ -1,4 +1,4 @@
-"""EndlessCalls: finds the call in a worker thread that lets virtual time stand still for ever, and names its line."""
+"""EndlessCalls: finds a call in a worker thread that keeps virtual time still for too long, and names its line."""
 
 from __future__ import annotations
 
@@ -21,59 +21,65 @@ from busflow.runner.orphan_tasks import BUSFLOW, life_in
 from busflow.text import printable
 from busflow.validation.tracebacks import shown
 
-_LOOK_S = 0.5
-"""Real time between two looks at the threads."""
+_CHECK_S = 0.5
+"""Real time between two checks of the threads, in seconds."""
 _STDLIB, *_INSTALLED = (sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
 _ANYIO = str(Path(anyio.__file__).parent) + os.sep
 
 
 class EndlessCalls:
-    """Looks at the calls that worker threads were given by one loop."""
+    """Measures how long the calls take that one loop has passed to worker threads."""
 
     def __init__(self, limit_s: float) -> None:
-        """Most real time that a call may take."""
+        """Set the limit of one call, in seconds of real time."""
         self.found: bool = False
-        """True once there was one that takes longer: the loop ends, and waits for no thread any more."""
+        """True once a call has exceeded the limit: the loop then ends and waits for no thread."""
         self._limit_s = limit_s
-        self._looked_s = perf_counter()
+        self._checked_s = perf_counter()
         self._since_s: dict[FrameType, float] = {}
+        """By the outermost frame of a call, when the call was first seen."""
 
     def look(self, workers: Iterable[threading.Thread], *, pools: bool) -> str:
-        """Return what is wrong if a call takes too long: one of anyio's workers, or of any `pools` of threads."""
+        """Return an error text if a call takes too long, else an empty text; calls in quick succession do nothing.
+
+        Args:
+            workers: The threads of anyio that work for the loop.
+            pools: True if the loop waits for a call in a thread pool too; then all pools of the process are checked.
+        """
         now_s = perf_counter()
-        if now_s - self._looked_s < min(_LOOK_S, self._limit_s / 2):
+        if now_s - self._checked_s < min(_CHECK_S, self._limit_s / 2):
             return ""
-        self._looked_s = now_s
+        self._checked_s = now_s
         calls = dict(_calls({worker.ident for worker in workers}, pools=pools))
         self._since_s = {call: self._since_s.get(call, now_s) for call in calls}
         for call, since_s in self._since_s.items():
             if now_s - since_s >= self._limit_s:
                 self.found = True
-                self._since_s = {}  # frames keep their variables
+                self._since_s = {}  # a frame keeps its variables alive
                 return _description(calls[call], self._limit_s)
         return ""
 
 
 def _calls(workers: set[int | None], *, pools: bool) -> Iterator[tuple[FrameType, list[FrameType]]]:
-    """The outermost frame of each call that a worker was given, and those from the innermost to it."""
+    """Yield the outermost frame of each call in a worker thread, and all frames of the call, the innermost first."""
     for ident, innermost in sys._current_frames().items():  # noqa: SLF001  # documented in spite of its name
         frames = [frame for frame, _ in walk_stack(innermost)]
         for at, (frame, caller) in enumerate(pairwise(frames), start=1):
             file = caller.f_code.co_filename
-            is_given = (file.startswith(_ANYIO) and ident in workers) or (pools and file == pool.__file__)
-            if is_given and caller.f_code.co_name == "run":
+            is_call = (file.startswith(_ANYIO) and ident in workers) or (pools and file == pool.__file__)
+            if is_call and caller.f_code.co_name == "run":
                 yield frame, frames[:at]
                 break
 
 
 def _description(frames: list[FrameType], limit_s: float) -> str:
     own = [frame for frame in frames if not _is_library(frame.f_code.co_filename)]
-    life = life_in(own)
+    node = life_in(own)
     frame = (own or frames)[0]
     file, line = frame.f_code.co_filename, frame.f_lineno
     source = printable(linecache.getline(file, line).strip(), limit=100)
     return (
-        f"a thread{f' of {life.name}' if life else ''} has worked for {limit_s:g} s of real time, and virtual time "
+        f"a thread{f' of {node.name}' if node else ''} has worked for {limit_s:g} s of real time, and virtual time "
         f"stands still for it: {printable(frame.f_code.co_qualname)} at {printable(shown(file))}:{line}: {source}; "
         "a driver that reads without end needs a fake in place of its device (docs/hardware.md, On virtual time), "
         "and a long computation @virtual_time(thread_s=…)"
