@@ -77,7 +77,7 @@ def test_what_needs_sockets_says_what_to_do(command: str, otherwise: str, on_win
 
 
 def test_run_on_wall_time_says_what_is_missing(on_windows: dict[str, Done]):
-    assert f"this run cannot be looked into: {NO_SOCKETS}" in on_windows["wall"].err
+    assert f"this run cannot be inspected: {NO_SOCKETS}" in on_windows["wall"].err
 
 
 def test_doctor_reports_the_platform_once(on_windows: dict[str, Done]):
@@ -88,4 +88,4 @@ def test_doctor_reports_the_platform_once(on_windows: dict[str, Done]):
 def test_macos_runs_a_graph_that_is_looked_into():
     command = f"run {LAB} --for 0.1s"
     done = ran("darwin", command)[command]
-    assert (done.code, "cannot be looked into" in done.err) == (0, False), done.err
+    assert (done.code, "cannot be inspected" in done.err) == (0, False), done.err

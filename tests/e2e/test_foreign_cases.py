@@ -96,6 +96,6 @@ def test_message_too_large_to_send_is_named(tmp_path: Path):
     command = [sys.executable, "-m", "busflow", "run", "big.yaml", "--for", "8s"]
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
-    said = "what is published on /image cannot leave the process: 300,000,"
+    said = "a message on /image cannot leave the process: 300,000,"
     assert run.stderr.count(said) == 1, run.stderr
     assert "not sent to other processes: too large, or not encodable" in run.stdout

@@ -510,7 +510,7 @@ sys.meta_path.insert(0, Missing())
 
 def test_run_works_without_zenoh(start):
     program = start(WITHOUT_ZENOH + FLOOD)
-    program.wait_for("this run cannot be looked into: Zenoh cannot be imported here (no wheel of zenoh")
+    program.wait_for("this run cannot be inspected: Zenoh cannot be imported here (no wheel of zenoh")
     program.wait_for("ready")
     code, log = program.end()
     assert (code, is_balanced(log)) == (130, True), log

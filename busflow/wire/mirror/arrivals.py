@@ -1,4 +1,4 @@
-"""Arrivals: which messages of each remote publisher have reached a topic, also before a broken link."""
+"""Arrivals: records which messages of each remote publisher have arrived on a topic, over broken links too."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
 
-_MOST = 256
-"""Limit of the publishers that are present, and of those that have gone; a sender without a token counts too."""
+_MOST_PUBLISHERS = 256
+"""Limit of the present publishers, and the same limit of those that have gone; senders without a token count too."""
 _MOST_GAPS = 64
+"""Limit of the gaps by publisher; the oldest are forgotten."""
 
 
 @dataclass(slots=True)
 class _Record:
     first: int
-    """The number that arrived first; those before it do not count as lost."""
+    """The number that arrived first; missing numbers before it do not count as lost."""
     gaps: list[range]
     """The numbers that have not arrived, the oldest gaps first."""
     newcomers: list[Subscription[Any]] = field(default_factory=list["Subscription[Any]"])
@@ -28,25 +29,25 @@ class _Record:
 class Arrivals:
     """Numbers of the messages that have arrived on one topic, by publisher.
 
-    A message that comes again, on a second path or because a link is back, is recognized by its number. Publishers that
-    have gone are remembered: if only their link broke, they come back with the same gid.
+    A message may arrive twice, on a second path or after a link has come back: its number shows that. Publishers that
+    have gone are remembered, because after a broken link they come back with the same gid.
     """
 
     def __init__(self, losses: Counter[str]) -> None:
         """Create a record without publishers; missing messages are counted in `losses` as `lost`."""
         self.last: dict[bytes, int] = {}
-        """By publisher that has not gone, its highest number. A message with the next one may be recorded here."""
+        """By present publisher, its highest number. The caller may record the next number here, without `note`."""
         self._losses = losses
         self._records: dict[bytes, _Record] = {}
         self._gone: dict[bytes, int] = {}
         """By publisher that has gone, its highest number."""
 
     def note(self, gid: bytes, sequence: int) -> bool:
-        """Record a message, and count the missing ones before it; return False if it has arrived before."""
+        """Record a message, and count the missing ones before it as lost; return False if it has arrived before."""
         numbers = self._gone if gid in self._gone else self.last
         last = numbers.get(gid)
         if last is None:
-            if len(numbers) < _MOST:  # there may be any number of unknown senders
+            if len(numbers) < _MOST_PUBLISHERS:  # there may be any number of unknown senders
                 numbers[gid] = sequence
                 self._records[gid] = _Record(sequence, [range(1, sequence)])
             return True
@@ -61,7 +62,7 @@ class Arrivals:
         return True
 
     def _fill(self, record: _Record, sequence: int) -> bool:
-        """Take a number out of its gap, and out of the losses; return False if it is in none."""
+        """Remove a number from its gap and from the losses; return False if no gap has it."""
         for index, gap in enumerate(record.gaps):
             if sequence in gap:
                 halves = range(gap.start, sequence), range(sequence + 1, gap.stop)
@@ -75,14 +76,14 @@ class Arrivals:
         return False
 
     def leave(self, gid: bytes) -> None:
-        """Remember a publisher that has gone; the one that went first is forgotten if there are too many."""
+        """Record that a publisher has gone; if too many have, forget the one that went first."""
         if (last := self.last.pop(gid, None)) is not None:
             self._gone[gid] = last
-            if len(self._gone) > _MOST:
+            if len(self._gone) > _MOST_PUBLISHERS:
                 self.forget(next(iter(self._gone)))
 
     def come(self, gid: bytes) -> Collection[Subscription[Any]] | None:
-        """Return the subscriptions that were made while this publisher was away; None if it is new."""
+        """Record that a publisher has come; return the subscriptions made while it was away, or None if it is new."""
         if gid not in self._gone:
             return None
         self.last[gid] = self._gone.pop(gid)
@@ -95,13 +96,15 @@ class Arrivals:
         for book in (self.last, self._gone, self._records):
             book.pop(gid, None)
 
-    def meet(self, subscription: Subscription[Any], former: Subscription[Any] | None, present: Collection[Any]) -> None:
-        """Note a new subscription, or one in the place of `former`, for the publishers that are away.
+    def note_subscription(
+        self, subscription: Subscription[Any], former: Subscription[Any] | None, present: Collection[Any]
+    ) -> None:
+        """Record a subscription as made while publishers are away, unless its predecessor was made before they went.
 
         Args:
-            subscription: the one that has come.
-            former: the one whose place, queue and messages it has.
-            present: the topic's subscriptions; others are forgotten.
+            subscription: the new subscription.
+            former: its predecessor before a restart, whose queue and messages it has; None if there is none.
+            present: all subscriptions of the topic; recorded ones that are not among them are forgotten.
         """
         for gid in self._gone:
             newcomers = self._records[gid].newcomers

@@ -1,10 +1,10 @@
-"""Barrier: delays the start of a process's nodes until messages reach the other processes, and theirs reach it.
+"""Barrier: delays the start of a process's nodes until messages pass between it and all other processes.
 
-Each process has a token `@busflow/1/<process>/shown/<session>/<count>`, which states how many tokens its nodes have,
-because tokens may arrive in any order. A process that has handled all of them answers with
+Each process declares a token `@busflow/1/<process>/shown/<session>/<count>`. It states how many tokens the nodes of the
+process have, because tokens may arrive in any order. A process that has handled all of these declares a token
 `@busflow/1/<process>/linked/<that session>/<own session>`: it has opened its inlets, and Zenoh keeps the order of
-declarations. So a process with a link to all others loses nothing of what it publishes from then on. No process leads,
-and a process that comes later does the same.
+declarations. So once all others have declared such a token for a process, they receive all that it publishes from then
+on. No process leads, and a process that comes later does the same.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -28,7 +28,7 @@ _SHOWN, _LINKED = "shown", "linked"
 
 
 class Barrier:
-    """Tokens by which a process and the others of its run confirm their links, from its start to its end."""
+    """Tokens by which a process and the others confirm that they see each other's nodes, from its start to its end."""
 
     def __init__(
         self,
@@ -41,10 +41,11 @@ class Barrier:
         """Create a barrier; it declares nothing before `begin`.
 
         Args:
-            mirror: what the process shows.
-            session: where.
-            process: its name in the run.
-            on_change: called when another process has come, is gone or hangs; also for one of the same name.
+            mirror: the mirror that shows the process's nodes.
+            session: the Zenoh session in which the tokens are declared.
+            process: the name of this process in the run.
+            on_change: called with a name and True when a process has come, and False when it is gone or hangs; also
+                for another process with this name.
         """
         self._mirror, self._session, self._process = mirror, session, process
         self._zid = str(session.info.zid())
@@ -55,11 +56,11 @@ class Barrier:
         self._links: dict[str, zenoh.LivelinessToken] = {}
         self._shown: tuple[int, zenoh.LivelinessToken] | None = None
         self._changed = asyncio.Event()
-        self._ways: list[Any] = []
-        self._due = False
+        self._subscribers: list[Any] = []
+        self._update_due = False
 
     def begin(self) -> None:
-        """Declare this process's tokens and follow the others'; called on the event loop, when all endpoints exist."""
+        """Declare this process's tokens and follow the others'; called on the event loop when all endpoints exist."""
         loop = asyncio.get_running_loop()
         self._loop = loop
 
@@ -68,28 +69,29 @@ class Barrier:
             with suppress(RuntimeError):  # the loop has ended: nothing is left to notify
                 loop.call_soon_threadsafe(self._on_token, str(sample.key_expr), alive)
 
-        self._mirror.presence.on_change.append(self._look_soon)
+        self._mirror.presence.on_change.append(self._update_soon)
         callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         for word in (f"{_SHOWN}/**", f"{_LINKED}/{self._zid}/*"):
             key = f"{QUERY_PREFIX}/*/{word}"
-            self._ways.append(self._session.liveliness().declare_subscriber(key, callback, history=True))
-        self._look()
+            self._subscribers.append(self._session.liveliness().declare_subscriber(key, callback, history=True))
+        self._update()
 
     def lacking(self, others: Collection[str]) -> list[str]:
         """Return what still prevents the nodes' start, as texts for people; empty once nothing does.
 
-        A process that was there and has gone is not waited for.
+        The barrier does not wait for a process that was there and has gone.
         """
         found: list[str] = []
         for process in set(others) - self._gone:
             if process not in self._others:
-                found.append(f"{process} has not shown itself")
+                found.append(f"{process} has not joined the run")
             elif process not in self._links:
-                found.append(f"not all nodes of {process} are seen")
+                found.append(f"{self._process} does not see all nodes of {process}")
             elif (process, self._others[process][0]) not in self._linked_to_us:
                 found.append(f"{process} does not see all nodes of {self._process}")
         sessions = {self._others[process][0] for process in others if process in self._others}
-        return found or [f"nothing published on {topic} gets out" for topic in self._mirror.unconnected(sessions)]
+        topics = self._mirror.unconnected(sessions)
+        return found or [f"messages of {self._process} on {topic} do not reach all processes" for topic in topics]
 
     async def passed(self, others: Collection[str], *, unless: asyncio.Event) -> None:
         """Wait until these processes and this one are linked, or until `unless` is set."""
@@ -116,7 +118,7 @@ class Barrier:
             (self._linked_to_us.add if alive else self._linked_to_us.discard)((process, rest[1]))
         else:
             self._on_shown(process, rest[0], int(rest[1]), alive=alive)
-        self._look()
+        self._update()
 
     def _on_shown(self, process: str, session: str, count: int, *, alive: bool) -> None:
         known = self._others.get(process)
@@ -126,7 +128,7 @@ class Barrier:
             if known is None or known[0] != session:
                 self._unlink(process)
                 self._notify(process, True)
-        elif known == (session, count):  # else it was replaced before this came
+        elif known == (session, count):  # else a newer token has replaced it
             del self._others[process]
             self._gone.add(process)
             self._unlink(process)
@@ -141,14 +143,14 @@ class Barrier:
         if link is not None:
             link.undeclare()
 
-    def _look_soon(self) -> None:
-        if not self._due:
-            self._due = True
-            self._loop.call_soon(self._look)
+    def _update_soon(self) -> None:
+        if not self._update_due:
+            self._update_due = True
+            self._loop.call_soon(self._update)
 
-    def _look(self) -> None:
+    def _update(self) -> None:
         """Bring this process's tokens up to date, and wake the waiting tasks."""
-        self._due = False
+        self._update_due = False
         if self._session.is_closed():
             return
         liveliness = self._session.liveliness()

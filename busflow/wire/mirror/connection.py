@@ -1,4 +1,4 @@
-"""Connection: the shared parts of all endpoints that cross between a bus and a Zenoh session."""
+"""Connection: the parts that all endpoints share which carry messages between a bus and a Zenoh session."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """A bus, a session, and the means to cross between their threads."""
+    """A bus, a session, and functions that pass work between the event loop and other threads."""
 
     bus: Bus
     session: zenoh.Session
     supports: Supports
     sender: SenderThread
-    """Puts large messages on the link, so that the event loop never waits for it."""
+    """Sends large messages in a thread, so that the event loop never waits for the link."""
     replier: SenderThread
-    """The same for calls and answers, so that they do not wait behind images for a reader that has stopped."""
+    """A second such thread for calls and answers: they do not wait behind images for a reader that has stopped."""
     log: FilteringBoundLogger
     on_loop: Callable[..., None]
     """Runs a function on the event loop, from any thread."""

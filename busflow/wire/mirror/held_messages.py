@@ -1,4 +1,4 @@
-"""Held messages: what a publisher sends before the processes that receive its topic have let it in."""
+"""Held messages: those that a publisher sends before the processes that receive its topic have admitted it."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -18,27 +18,27 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 _PATIENCE_S = 1.0
-"""How long a process whose loop is blocked is waited for."""
+"""How long to wait for an answer of a process whose loop is blocked."""
 
 
 class HeldMessages:
-    """Encoded messages, and the question that ends their wait."""
+    """Encoded messages of one publisher, held until every process has answered a query or a second has passed."""
 
     def __init__(self, connection: Connection, room: int, on_end: Callable[[bool], None]) -> None:
-        """Ask every process of the run for an answer; it gives one after it has let in the publishers shown before.
+        """Query every process of the run; each answers after it has admitted the publishers that were shown before.
 
         Args:
-            connection: where to ask.
-            room: how many messages may be held; the oldest is dropped for a new one.
+            connection: the session in which the query is sent.
+            room: how many messages may be held; beyond that, the oldest is dropped for a new one.
             on_end: called on the loop when all processes have answered (True), or after a second.
         """
         self.dropped: int = 0
-        self._room = min(room, DEPTH)
+        self._most = min(room, DEPTH)
         self._messages: deque[tuple[bytes, bytes]] = deque()
         self._bytes = 0
         self._all_answered = True
         callback: Any = zenoh.handlers.Callback(
-            self._take, drop=lambda: connection.on_loop(on_end, self._all_answered), indirect=False
+            self._on_reply, drop=lambda: connection.on_loop(on_end, self._all_answered), indirect=False
         )
         connection.session.get(
             f"{QUERY_PREFIX}/*/run",
@@ -54,15 +54,15 @@ class HeldMessages:
         """Hold one more message."""
         self._messages.append((payload, attachment))
         self._bytes += len(payload)
-        while len(self._messages) > self._room or (self._bytes > MOST_BYTES and len(self._messages) > 1):
+        while len(self._messages) > self._most or (self._bytes > MOST_BYTES and len(self._messages) > 1):
             self._bytes -= len(self._messages.popleft()[0])
             self.dropped += 1
 
     def release(self) -> tuple[tuple[bytes, bytes], ...]:
-        """Return the messages, each with its attachment, and hold them no more."""
+        """Return the held messages, each with its attachment, and forget them."""
         messages = tuple(self._messages)
         self._messages.clear()
         return messages
 
-    def _take(self, reply: zenoh.Reply) -> None:
+    def _on_reply(self, reply: zenoh.Reply) -> None:
         self._all_answered = self._all_answered and reply.ok is not None

@@ -1,9 +1,9 @@
 """Inlet: brings one topic's messages from other processes onto the event loop.
 
-A ring buffer takes what arrives and loses its oldest when the loop is busy; it never blocks the link, which other
-topics share. A thread waits for the first message and wakes the loop, which then empties the buffer by itself while the
-thread rests. Two threads that took turns at every message would spend most of their time on the interpreter's lock (26
-µs a message, against 6 µs). When the buffer is empty, the thread waits again.
+A ring buffer takes the arriving messages. If the loop is too busy to empty it, the buffer drops its oldest message; it
+never blocks the link, which other topics share. The inlet's thread waits for the first message and wakes the loop. The
+loop then empties the buffer by itself, and the thread does nothing until the buffer is empty. If the thread passed on
+every message, both would spend most of their time on the interpreter's lock (26 µs a message, against 6 µs).
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -38,17 +38,20 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 _RING = 256
+"""Number of messages in the buffer."""
 _BULKY_RING = 16
-"""Buffer size for images, clouds and maps; the usual size would hold gigabytes."""
+"""Number for images, clouds and maps: 256 of them would take gigabytes."""
 _MOST_RING = 4096
+"""The largest number, for subscriptions with a large depth."""
 _BATCH = 8
-"""Messages published before the handlers run, if every queue has room for so many."""
+"""Number of messages that are published before the handlers run, if every queue has room for them."""
 _PATIENCE_S = 5.0
-_GRACE_S = 0.05
-"""The end of a token may arrive before messages in the buffer: the loop has this time to take the next one."""
-_MOST_GRACES = 20
+_LEAVE_DELAY_S = 0.05
+"""Time before a publisher is removed after its token's end: its last messages may still be in the buffer."""
+_MOST_DELAYS = 20
+"""Limit of such times in a row; each but the first follows one in which a message of the publisher arrived."""
 _MOST_DEPTH = 10_000
-"""Limit of the messages that a remote publisher may have kept here for late joiners, whatever its token states."""
+"""Limit of the messages kept here for late joiners, by remote publisher; its token may state a higher depth."""
 
 
 class Inlet:
@@ -60,8 +63,9 @@ class Inlet:
         Args:
             topic: the topic to publish on.
             connection: the Zenoh session, log and bus; the first malformed and the first refused message are logged.
-            numbers: of the messages that have arrived, also by earlier inlets of the topic. If only a link broke, its
-                publishers come back: what was missed meanwhile is lost, and what comes again is not published.
+            numbers: the record of the topic's arrived messages, those of its earlier inlets included. After a broken
+                link the same publishers come back. The numbers missing then count as lost, and a message that has
+                arrived before is not published again.
         """
         self.received: int = 0
         self.losses: Counter[str] = topic.losses
@@ -69,12 +73,12 @@ class Inlet:
         self._log, self._on_loop = connection.log, connection.on_loop
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
-        """The publishers that keep nothing for late joiners and whose messages do not expire."""
+        """By gid, the publishers that keep nothing for late joiners and whose messages do not expire."""
         self._ignored: set[bytes] = set()
         self._leaving: set[bytes] = set()
         self._numbers = numbers
         self._emptied = threading.Lock()
-        """Held, except while the loop hands the buffer back to the thread."""
+        """Held, but released for a moment when the loop hands the buffer back to the thread."""
         self._emptied.acquire()
         self._emptying = self._closed = False
         self._feeder: asyncio.Task[None] | None = None
@@ -101,14 +105,14 @@ class Inlet:
             self._publishers[token.gid] = publisher
             if not publisher.perishable and endpoint.qos.durability is Durability.VOLATILE:
                 self._plain[token.gid] = publisher
-            self._late_joiners.welcome(token.gid, self._numbers.come(token.gid))
+            self._late_joiners.ask_publisher(token.gid, self._numbers.come(token.gid))
 
     def serve(self, subscription: Subscription[Any]) -> None:
-        """Give a new subscription what publishers keep, also if nothing here has asked for it yet."""
+        """Give a new subscription the messages that publishers keep; ask for those that have not been asked for yet."""
         self._late_joiners.serve(subscription)
 
     def ignore(self, token: Token) -> None:
-        """Receive nothing of an incompatible publisher; its messages are counted as incompatible."""
+        """Discard the messages of an incompatible publisher, and count them as incompatible."""
         self._ignored.add(token.gid)
         self._expel(token.gid)
         self._numbers.forget(token.gid)
@@ -116,25 +120,25 @@ class Inlet:
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
         """Remove a remote publisher that has gone, once its messages in the buffer are published; then call `then`.
 
-        One that comes back before that stays.
+        If the publisher comes back before that, it stays.
         """
         self._leaving.add(token.gid)
-        self._leave_later(token, then, _MOST_GRACES)
+        self._leave_later(token, then, _MOST_DELAYS)
 
-    def _leave_later(self, token: Token, then: Callable[[], None], patience: int) -> None:
+    def _leave_later(self, token: Token, then: Callable[[], None], delays_left: int) -> None:
         publisher = self._publishers.get(token.gid)
         seen = 0 if publisher is None else publisher.published
         loop = asyncio.get_running_loop()
-        loop.call_later(_GRACE_S, self._leave, token, publisher, seen, then, patience)
+        loop.call_later(_LEAVE_DELAY_S, self._leave, token, publisher, seen, then, delays_left)
 
     def _leave(
-        self, token: Token, publisher: Publisher[Any] | None, seen: int, then: Callable[[], None], patience: int
+        self, token: Token, publisher: Publisher[Any] | None, seen: int, then: Callable[[], None], delays_left: int
     ) -> None:
         if self._closed or token.gid not in self._leaving:
             return
-        arriving = patience > 0 and publisher is not None and publisher.published != seen
+        arriving = delays_left > 0 and publisher is not None and publisher.published != seen
         if arriving or self._emptying:
-            self._leave_later(token, then, max(0, patience - 1))
+            self._leave_later(token, then, max(0, delays_left - 1))
             return
         self._leaving.discard(token.gid)
         self._ignored.discard(token.gid)
@@ -151,7 +155,7 @@ class Inlet:
 
     @property
     def is_unused(self) -> bool:
-        """Whether no remote publisher is left."""
+        """True if no remote publisher is left."""
         return not self._publishers
 
     def close(self) -> None:
@@ -169,13 +173,13 @@ class Inlet:
     # Arriving messages.
 
     def _watch(self) -> None:
-        """Wait for a message, then until the loop has emptied the buffer, and so on; runs in the inlet's own thread."""
+        """Wait for a message, then for the loop to empty the buffer, and so on; runs in the inlet's own thread."""
         try:
             while not self._closed:
                 self._on_loop(self._begin, self._arrivals.recv())
                 self._emptied.acquire()
         except zenoh.ZError:
-            pass  # closed, which is how a waiting recv() ends
+            pass  # the subscriber was undeclared, which ends a waiting recv()
 
     def _resume_thread(self) -> None:
         self._emptying = False
@@ -191,7 +195,7 @@ class Inlet:
             self._take(first)
 
     def _take(self, sample: zenoh.Sample | None) -> None:
-        """Publish waiting messages for a while; the rest waits until the loop has run other work."""
+        """Publish messages of the buffer for a limited time; the others wait until the loop has run other work."""
         dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
         room = min([_BATCH, *(each.endpoint.qos.depth for each in subscriptions)])
         started, handled = dispatcher.now(), 0
@@ -209,7 +213,7 @@ class Inlet:
                 asyncio.get_running_loop().call_soon(self._begin, sample)
 
     async def _feed(self, sample: zenoh.Sample | None) -> None:
-        """Publish as fast as the nodes accept messages; meanwhile the buffer fills and loses its oldest."""
+        """Publish as fast as the nodes accept messages; if that is too slow, the buffer drops its oldest."""
         try:
             while sample is not None and not self._closed:
                 if (arrival := self._read(sample)) is not None:
@@ -253,7 +257,7 @@ class Inlet:
             if publisher is None:
                 self._publish_carefully(sample)
                 continue
-            (sequence,) = SEQUENCE.unpack_from(signature)  # there are 33 bytes, or the gid would not be known
+            (sequence,) = SEQUENCE.unpack_from(signature)  # it has 33 bytes, else the gid would not be known
             if sequences.get(gid) != sequence - 1:
                 self._publish_carefully(sample)
                 continue
@@ -263,10 +267,11 @@ class Inlet:
                 publisher.publish(decode(sample.payload.to_bytes()))
             except MalformedMessage as error:
                 self._skip(error)
-            except (WouldBlock, NotRunning) as error:  # the remote publisher cannot get it: it is only counted
+            except (WouldBlock, NotRunning) as error:  # the error cannot reach the remote publisher: it is only counted
                 self._refuse(error)
 
     def _publish_carefully(self, sample: zenoh.Sample) -> None:
+        """Publish a message of any publisher, after all checks."""
         if (arrival := self._read(sample)) is not None:
             publisher, message = arrival
             try:
@@ -274,7 +279,7 @@ class Inlet:
             except (WouldBlock, NotRunning) as error:
                 self._refuse(error)
             finally:
-                self._late_joiners.present = None
+                self._late_joiners.delivering = None
 
     async def _send(self, publisher: Publisher[Any], message: Message) -> None:
         try:
@@ -282,15 +287,15 @@ class Inlet:
         except (WouldBlock, NotRunning) as error:
             self._refuse(error)
         finally:
-            self._late_joiners.present = None
+            self._late_joiners.delivering = None
 
     def _refuse(self, error: Exception) -> None:
         self.losses["refused"] += 1
         if self.losses["refused"] == 1:
-            self._log.warning(f"what arrives on {self._topic.name} from another process has no room: {error}")
+            self._log.warning(f"a message on {self._topic.name} from another process is refused: {error}")
 
     def _read(self, sample: zenoh.Sample) -> tuple[Publisher[Any], Message] | None:
-        """Return a sample's message and its publisher here; None if it is not for this process."""
+        """Return a sample's publisher and message; None if the message is not to be published."""
         self.received += 1
         attachment = sample.attachment
         try:
@@ -303,10 +308,10 @@ class Inlet:
     def _skip(self, error: MalformedMessage) -> None:
         self.losses["malformed"] += 1
         if self.losses["malformed"] == 1:
-            self._log.warning(f"what arrives on {self._topic.name} is no message: {error}")
+            self._log.warning(f"a message on {self._topic.name} from another process is malformed: {error}")
 
     def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
-        """Return the publisher of a message, any if its gid is unknown; None if the message is not to be published."""
+        """Return a message's publisher, or any if its gid is unknown; None if the message is not to be published."""
         known = decoded = None
         if attachment:
             decoded = Attachment.decode(attachment)
@@ -323,7 +328,7 @@ class Inlet:
             if has_expired(found, decoded, self._bus.clock):
                 self.losses["expired"] += 1
                 return None
-            if decoded.gid in self._numbers.last:  # else there are more senders than are remembered
+            if decoded.gid in self._numbers.last:  # else `_numbers` has reached its limit of senders
                 self._late_joiners.note(decoded.gid, decoded.sequence)
         return found
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _PATIENCE_S = 2.0
 """How long publishers may take to answer; then a late joiner gets the kept messages that have arrived by then."""
-_MOST = 10_000
+_MOST_MESSAGES = 10_000
 """Limit of the kept messages accepted from one query, and of the new messages that wait in a gate.
 
 Further kept messages are ignored; of too many new messages the oldest enters the queue before the kept ones.
@@ -58,13 +58,13 @@ class LateJoiners:
             connection: the session in which the publishers are asked.
             asked: how many kept messages the inlet's own subscriber asks of each publisher.
         """
-        self.present: tuple[bytes, int] | None = None
-        """Publisher and number of the message that is being delivered now; None if its publisher is local."""
+        self.delivering: tuple[bytes, int] | None = None
+        """Publisher and number of the message that the topic delivers now; None if its publisher is local."""
         self.first: dict[bytes, int] = {}
         """By publisher, the number of its earliest message known here."""
         self._topic, self._key, self._publishers, self._connection = topic, key, publishers, connection
         self._asked = asked
-        self._had: dict[bytes, int] = {}
+        self._asked_so_far: dict[bytes, int] = {}
         """By publisher, how many kept messages were asked of it so far; without an entry it is `asked`."""
         self._gates: list[Gate] = []
         self._remembered: dict[bytes, dict[int, Any]] = {}
@@ -72,13 +72,13 @@ class LateJoiners:
 
     def note(self, gid: bytes, sequence: int) -> None:
         """Note the message that is about to be delivered; its publisher's liveliness token may arrive after it."""
-        self.present = gid, sequence
+        self.delivering = gid, sequence
         self.first.setdefault(gid, sequence)
         remembered = self._remembered.get(gid)
         if remembered and (item := remembered.pop(sequence, None)) is not None:
             self._publishers[gid].forget(item)
 
-    def welcome(self, gid: bytes, newcomers: Collection[Subscription[Any]] | None) -> None:
+    def ask_publisher(self, gid: bytes, newcomers: Collection[Subscription[Any]] | None) -> None:
         """Ask a publisher for its kept messages, because it has just come and some subscriptions want more of them.
 
         The inlet's own subscriber asks a new publisher too, so only a subscription that wants more is served here. When
@@ -86,14 +86,14 @@ class LateJoiners:
         that were made while it was away, lack them.
         """
         if newcomers is not None:
-            self._had[gid] = 0
+            self._asked_so_far[gid] = 0
         for subscription in self._topic.subscriptions if newcomers is None else newcomers:
             if self._lacks(subscription, gid):
                 self._ask(Gate.of(cast("Subscription[Any]", subscription), self), [gid])
 
     def forget(self, gid: bytes) -> None:
         """Forget a publisher that has gone."""
-        for book in (self.first, self._had, self._remembered):
+        for book in (self.first, self._asked_so_far, self._remembered):
             book.pop(gid, None)
 
     def serve(self, subscription: Subscription[Any]) -> None:
@@ -101,13 +101,13 @@ class LateJoiners:
         lacking = [gid for gid in self._publishers if self._lacks(subscription, gid)]
         if lacking:
             gate = Gate.of(subscription, self)
-            gate.hold_back_what_it_has()
+            gate.hold_queue()
             self._ask(gate, lacking)
 
     def close(self) -> None:
-        """Let every late joiner go on with what has arrived."""
+        """Give every late joiner the messages that have arrived, and stop waiting for answers."""
         for gate in tuple(self._gates):
-            self._let_go(gate)
+            self._finish(gate)
 
     def _lacks(self, subscription: Receiver, gid: bytes) -> bool:
         """Return whether a subscription wants more of a publisher's kept messages than are here or on their way."""
@@ -115,7 +115,7 @@ class LateJoiners:
         if not (qos.latched and publisher.endpoint.qos.latched):
             return False
         wanted = min(qos.depth, publisher.endpoint.qos.depth)
-        return wanted > max(self._had.get(gid, self._asked), len(publisher.history))
+        return wanted > max(self._asked_so_far.get(gid, self._asked), len(publisher.history))
 
     def _ask(self, gate: Gate, publishers: Collection[bytes]) -> None:
         gate.questions += 1
@@ -125,7 +125,7 @@ class LateJoiners:
         found: list[tuple[bytes, bytes]] = []
 
         def take(reply: zenoh.Reply) -> None:
-            if reply.ok is not None and reply.ok.attachment is not None and len(found) < _MOST:
+            if reply.ok is not None and reply.ok.attachment is not None and len(found) < _MOST_MESSAGES:
                 found.append((reply.ok.attachment.to_bytes(), reply.ok.payload.to_bytes()))
 
         def end() -> None:
@@ -157,12 +157,12 @@ class LateJoiners:
             except MalformedMessage:
                 self._topic.losses["malformed"] += 1
         for gid in asked:
-            self._had[gid] = max(gate.target.endpoint.qos.depth, self._had.get(gid, 0))
+            self._asked_so_far[gid] = max(gate.target.endpoint.qos.depth, self._asked_so_far.get(gid, 0))
         gate.questions -= 1
         if not gate.questions:
-            self._let_go(gate)
+            self._finish(gate)
 
-    def _let_go(self, gate: Gate) -> None:
+    def _finish(self, gate: Gate) -> None:
         self._gates.remove(gate)
         for gid, items in gate.kept.items():
             if publisher := self._publishers.get(gid):  # else it has gone, and with it what it kept
@@ -200,7 +200,7 @@ class Gate:
         target.link = gate
         return gate
 
-    def hold_back_what_it_has(self) -> None:
+    def hold_queue(self) -> None:
         """Move the subscription's queued messages into the gate, because earlier ones come first."""
         self._waiting.extend(self.target.queue.items)
         self.target.queue.items.clear()
@@ -212,14 +212,14 @@ class Gate:
 
     def carry(self, item: Any) -> None:
         """Deliver a message after the earlier ones; one that was among them is not counted again."""
-        gid, sequence = self.late_joiners.present or (b"", 0)
+        gid, sequence = self.late_joiners.delivering or (b"", 0)
         if gid:
             self._first.setdefault(gid, sequence)
         if gid and sequence <= self._given.get(gid, 0):
             self.target.discount_duplicate()
         elif self.questions:
             self._waiting.append(item)
-            if len(self._waiting) > _MOST:
+            if len(self._waiting) > _MOST_MESSAGES:
                 self.target.receive(self._waiting.popleft())
         else:
             self.target.receive(item)

@@ -1,4 +1,4 @@
-"""Membership: a process as a member of its run, with its socket, mirror and barrier."""
+"""Membership: a process's part in its run (socket, mirror and barrier); Inspection: a run of one process."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ class Membership(Extension):
         """Create a member; it joins in `begin`.
 
         Args:
-            graph: what runs in this process.
-            directory: the run's.
-            card: what the run says of itself.
+            graph: the nodes of this process.
+            directory: the run's directory.
+            card: the run's description of itself.
             process: this process's name.
             socket: the name of its socket in the directory.
-            network: what links this machine to others, where this process does that.
-            about: returns what the process answers about itself beside what its graph does.
+            network: the links to other machines, if this process has them.
+            about: returns the facts about the process that are not in its graph.
             on_change: called when another process has come, is gone or hangs.
         """
         self._graph, self._directory, self._card = graph, directory, card
@@ -58,7 +58,7 @@ class Membership(Extension):
     def begin(self) -> None:
         """Join the run on the event loop, before the first node is connected."""
         session = open_session(self._directory, listen=self._socket, network=self._network)
-        from busflow.wire.mirror.barrier import Barrier  # both need Zenoh
+        from busflow.wire.mirror.barrier import Barrier  # both modules need Zenoh
         from busflow.wire.mirror.mirror import Mirror
 
         topics = [topic for each in self._graph.descriptions for topic in each.topics]
@@ -83,12 +83,12 @@ class Membership(Extension):
 def inspectable(graph: Graph, name: bool | str = True) -> None:
     """Let this user's other terminals inspect a graph from its start to its end.
 
-    Where that cannot be (no Zenoh, no safe directory), the graph's log says why, and it runs all the same.
+    If that is not possible (no Zenoh, no safe directory), the graph's log says why, and the graph runs all the same.
 
     Args:
-        graph: what is yet to be started.
-        name: the name under which it is found, where True stands for the launch file's, or that of the program where
-            there is none; another run of that name makes it `name-2`.
+        graph: a graph that has not started.
+        name: the name under which other terminals find the graph; True takes the launch file's name, or the program's
+            if there is no launch file. If another run has that name, it becomes `name-2`.
     """
     own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
     file = next((each.file for each in graph.descriptions), "")
@@ -111,14 +111,14 @@ class Inspection(Extension):
         try:
             self._directory = RunDirectory.claim(self._name)
             self._show(self._directory)
-        except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a graph from running
+        except Exception as error:  # noqa: BLE001  # a graph runs even if it cannot be inspected
             known = isinstance(error, (InspectionUnavailable, OSError))
             why = str(error) if known else f"{type(error).__name__}: {error}"
-            self._log.warning(f"this run cannot be looked into: {why}")
+            self._log.warning(f"this run cannot be inspected: {why}")
             self.end()
 
     def node_dismissed(self, unit: Unit) -> None:
-        """Show a node no more."""
+        """Stop showing a node."""
         if self._mirror is not None:
             self._mirror.hide(unit.name)
 
@@ -135,10 +135,10 @@ class Inspection(Extension):
 
     def _show(self, directory: RunDirectory) -> None:
         session = open_session(directory.path, listen=SOCKET)
-        from busflow.wire.mirror.mirror import Mirror  # which needs Zenoh
+        from busflow.wire.mirror.mirror import Mirror  # the module needs Zenoh
 
         name, process = directory.path.name, SOCKET.removesuffix(".sock")
-        started_ns = SystemClock().now().nanoseconds  # whatever time the graph lives in
+        started_ns = SystemClock().now().nanoseconds  # wall time, whatever clock the graph has
         card = RunCard(name, os.getpid(), started_ns, self._file, _version())
         self._mirror = Mirror(self._graph, session, card, process, self._history)
         self._mirror.begin()

@@ -65,16 +65,17 @@ class Mirror:
         """Create a mirror; it shows nothing until the event loop calls `begin`.
 
         Args:
-            graph: what runs in this process.
-            session: where it is shown.
-            card: what the run says of itself.
+            graph: the nodes of this process.
+            session: the Zenoh session that shows them.
+            card: the run's description of itself.
             process: this process's name.
             history: by final topic name, how many messages are kept for `--last`.
-            about: returns what else this process answers about itself, and about processes that cannot answer.
+            about: returns the facts about this process that are not in its graph, and those about processes that
+                cannot answer.
         """
         self._graph, self._session, self._process = graph, session, process
         self._log = graph.log.bind("busflow")
-        self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # the log has a book of its own
+        self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # 0: a `LogBook` keeps the log's lines
         self._supports = cache(TypeSupport)
         sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
         self._connection = Connection(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop)
@@ -86,16 +87,16 @@ class Mirror:
         self._ids = 0
         self._nodes: dict[str, zenoh.LivelinessToken] = {}
         self._left: dict[str, set[str]] = {}
-        """The topics that each node had endpoints on and has left."""
+        """By node, the topics on which it had an endpoint that has ended."""
         self._subscriptions: dict[Subscription[Any], zenoh.LivelinessToken] = {}
         self._outlets: dict[Publisher[Any], Outlet] = {}
         self._services = ServiceMirror(self._connection, self._token, graph.log)
         self._service_events = ServiceEvents(self._connection)
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._ways: list[Any] = []
+        self._declared: list[Any] = []
 
     def begin(self) -> None:
-        """Show the nodes, and from now on every endpoint; called before the first endpoint is attached."""
+        """Show the nodes, and from now on every new endpoint; called before the first endpoint is attached."""
         self._loop = asyncio.get_running_loop()
         for unit in self._graph.units:
             self._node_id(unit.name)
@@ -113,14 +114,14 @@ class Mirror:
         def on_sample(sample: zenoh.Sample) -> None:
             self._on_loop(self._on_token, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
-        self._graph.rosout.announce(self._wanted_of_rosout())
+        self._graph.rosout.announce(self._rosout_durability())
 
         callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         everything = f"{GRAPH}/{DOMAIN}/**"
-        self._ways += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
+        self._declared += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
 
     def hide(self, node: str) -> None:
-        """Show a node no more that has left the graph, nor the topics that only it had."""
+        """Stop showing a node that has left the graph, and the topics that no other node has."""
         self._services.detach_parameters(node)
         self._questions.left_topics |= self._left.pop(node, set())
         self._node_ids.pop(node, None)
@@ -139,13 +140,13 @@ class Mirror:
             publisher.send_through(None)
         self._history.close()
         self._questions.close()
-        self._session.close()  # which ends what waits in recv() and put()
+        self._session.close()  # this ends a waiting recv() or put()
         self._remote_publishers.close()
         self._services.close()
         self._connection.sender.close()
         self._connection.replier.close()
 
-    # For callers that wait until all processes are there.
+    # For the barrier, which waits until all processes are linked.
 
     @property
     def presence(self) -> Presence:
@@ -163,21 +164,21 @@ class Mirror:
         return sorted({end.topic for end, outlet in self._outlets.items() if end.topic in wanted and not outlet.open})
 
     def _after_matching(self, question: Question) -> Question:
-        """Wrap a question so that outlets for known subscriptions open before the answer."""
+        """Wrap a question so that the outlets of topics with known subscriptions open before the answer."""
 
         def answer(arguments: Mapping[str, Any]) -> object:
             wanted = self._presence.received()
             for end, outlet in self._outlets.items():
                 if end.topic in wanted and not outlet.open:
-                    outlet.look()
+                    outlet.check_subscribers()
             return question(arguments)
 
         return answer
 
-    # What is here.
+    # Endpoints of this process.
 
-    def _wanted_of_rosout(self) -> Durability:
-        """Return the durability that the nodes' subscriptions request of `/rosout`'s publisher."""
+    def _rosout_durability(self) -> Durability:
+        """Return the durability that the publisher of `/rosout` needs for the subscriptions of this process's nodes."""
         ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.endpoints.subscriptions]
         latched = any(end.topic == ROSOUT and end.qos.latched for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
@@ -193,9 +194,9 @@ class Mirror:
                 self._questions.parameter_log.follow(attached)
             elif isinstance(attached, Publisher | Subscription) and not attached.endpoint.remote:
                 self._show(attached)
-        except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a node from running
+        except Exception as error:  # noqa: BLE001  # a node runs even if others cannot see it
             origin = "a node" if isinstance(attached, ParameterStore | Timer) else attached.endpoint.origin
-            self._log.warning(f"{origin} is not seen from other processes: {type(error).__name__}: {error}")
+            self._log.warning(f"other processes do not see {origin}: {type(error).__name__}: {error}")
         self._presence.notify()
 
     def _show(self, end: MirroredEndpoint) -> None:
@@ -270,7 +271,7 @@ class Mirror:
             self._nodes[name] = self._session.liveliness().declare_token(str(token))
         return found
 
-    # What is elsewhere.
+    # Endpoints of other processes.
 
     def _on_token(self, text: str, alive: bool) -> None:
         if self._loop is None:
@@ -278,7 +279,7 @@ class Mirror:
         try:
             token = Token.parse(text)
         except MalformedMessage as error:
-            self._log.debug(f"a token of another process is not understood: {error}")
+            self._log.debug(f"a token of another process cannot be read: {error}")
             return
         if token.session == self._zid:
             return
@@ -290,11 +291,11 @@ class Mirror:
                 self._expect(token.topic, has_come=alive)
 
     def _expect(self, topic: str, *, has_come: bool) -> None:
-        """Prepare the publishers of a topic for a subscription elsewhere that has come, or for the end of the last."""
-        here, depth = self._graph.bus.topics.get(topic), self._presence.deepest(topic)
-        if here is None or (depth and not has_come):
+        """Make a topic's publishers hold messages for a new remote subscription, or no more after the last one."""
+        local, depth = self._graph.bus.topics.get(topic), self._presence.deepest(topic)
+        if local is None or (depth and not has_come):
             return
-        for end in here.publishers:
+        for end in local.publishers:
             if (outlet := self._outlets.get(cast("Publisher[Any]", end))) is not None:
                 outlet.expect(depth)
 
@@ -311,7 +312,7 @@ class Mirror:
             self._remote_publishers.go(token)
 
     def _announce_parameters(self) -> None:
-        """Make every node publish its parameter events from now on, because another process subscribes to them."""
+        """Make every node publish its parameter events from now on: another process subscribes to them."""
         for unit in self._graph.units:
             unit.runtime.parameter_events.declare()
 
@@ -324,11 +325,11 @@ class Mirror:
 
     def _log_bug(self, error: Exception) -> None:
         """Log an unexpected error; from any thread."""
-        self._on_loop(lambda: self._log.error("busflow's wire failed at something", exc_info=error))
+        self._on_loop(lambda: self._log.error("unexpected error in a sender thread of busflow", exc_info=error))
 
 
 def _predecessor(end: Any, known: Mapping[Any, object], present: list[Any]) -> Any:
-    """Return the endpoint of an earlier life of the node that this endpoint replaces, or None."""
+    """Return the endpoint that this one replaces after a restart of the node, or None."""
     for each in known:
         if _place(each) == _place(end) and each is not end and each not in present:
             return each
@@ -339,8 +340,8 @@ def _place(end: MirroredEndpoint) -> object:
     return end.endpoint.node, end.topic, end.endpoint.origin
 
 
-_MOST = 10_000
-"""Limit of the stored tokens; a process that shows more is faulty or malicious."""
+_MOST_TOKENS = 10_000
+"""Limit of the stored tokens; a run that shows more has a faulty or malicious process."""
 
 
 class Presence:
@@ -360,7 +361,7 @@ class Presence:
         if not alive:
             self.tokens.pop(text, None)
             self._depths.get(token.topic, {}).pop(text, None)
-        elif len(self.tokens) < _MOST:
+        elif len(self.tokens) < _MOST_TOKENS:
             self.tokens[text] = token
             if token.kind is TokenKind.SUBSCRIPTION:
                 self._depths.setdefault(token.topic, {})[text] = _depth(token)

@@ -1,7 +1,8 @@
-"""Remote publishers: which publishers of other processes publish on this bus.
+"""Remote publishers: admits compatible publishers of other processes to this bus, and refuses the others.
 
-A compatible one becomes a publisher of its topic while a node here subscribes to the topic. An incompatible one is
-logged once, and nothing of it is received: mistakes elsewhere do not fail a node here.
+A compatible publisher becomes one of its topic's publishers here, while a node here subscribes to the topic. For an
+incompatible publisher one line is logged, and none of its messages is received: a mistake in another process does not
+fail a node here.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class RemotePublishers:
         self._known: dict[str, Token] = {}
         self._refused: set[str] = set()
         self._arrivals: dict[str, Arrivals] = {}
-        """By topic that is received, the numbers of the messages that have come."""
+        """By topic that is received, the numbers of the messages that have arrived."""
 
     def come(self, token: Token) -> None:
         """Handle a new endpoint of another process."""
@@ -51,20 +52,20 @@ class RemotePublishers:
     def serve(self, subscription: Subscription[Any], former: Subscription[Any] | None) -> None:
         """Connect a new subscription with the compatible publishers of its topic, and exclude the others.
 
-        It may have the place, the queue and the messages of a former one.
+        After a restart of its node it has the place, the queue and the messages of its predecessor, `former`.
         """
         if (arrivals := self._arrivals.get(subscription.topic)) is not None:
-            arrivals.meet(subscription, former, self._bus.topics[subscription.topic].subscriptions)
-        for token in self._on(subscription.topic):
+            arrivals.note_subscription(subscription, former, self._bus.topics[subscription.topic].subscriptions)
+        for token in self._known_on(subscription.topic):
             self._consider(token)
         inlet = self._inlets.get(subscription.topic)
         if former is None and inlet is not None:
             inlet.serve(subscription)
 
     def leave(self, topic: Topic[Any]) -> None:
-        """Handle the end of a subscription, the topic's last or one that excluded publishers."""
+        """Handle the end of a subscription: it was the topic's last, or publishers that it excluded may fit now."""
         if topic.subscriptions:
-            for token in self._on(topic.name):
+            for token in self._known_on(topic.name):
                 self._consider(token)
         else:
             self._arrivals.pop(topic.name, None)
@@ -72,12 +73,13 @@ class RemotePublishers:
                 self._inlets.pop(topic.name).close()
 
     def close(self) -> None:
-        """Stop receiving. The session has to be closed before, which ends a waiting recv()."""
+        """Stop receiving. The caller closes the session before, which ends a waiting recv()."""
         for inlet in self._inlets.values():
             inlet.close()
         self._inlets.clear()
 
-    def _on(self, topic: str) -> list[Token]:
+    def _known_on(self, topic: str) -> list[Token]:
+        """Return the tokens of the topic's remote publishers."""
         return [token for token in self._known.values() if token.topic == topic]
 
     def _consider(self, token: Token) -> None:
@@ -86,15 +88,15 @@ class RemotePublishers:
         if topic is None or not topic.subscriptions:
             return
         try:
-            endpoint = self._fitting(token, topic)
+            endpoint = self._checked_endpoint(token, topic)
             self._inlet(topic).admit(token, endpoint)
         except BusflowError as error:
             self._refuse(token, str(error))
         else:
             self._refused.discard(str(token))
 
-    def _fitting(self, token: Token, topic: Topic[Any]) -> Endpoint:
-        """Return the endpoint of a remote publisher.
+    def _checked_endpoint(self, token: Token, topic: Topic[Any]) -> Endpoint:
+        """Return the endpoint of a remote publisher that fits the topic and its subscriptions.
 
         Raises:
             BusflowError: it does not fit.
@@ -109,6 +111,7 @@ class RemotePublishers:
         return endpoint
 
     def _refuse(self, token: Token, why: str) -> None:
+        """Receive nothing of a publisher any more, and log the reason once."""
         inlet = self._inlets.get(token.topic)
         if inlet is not None:
             inlet.ignore(token)
@@ -122,7 +125,7 @@ class RemotePublishers:
         if found is None:
             numbers = self._arrivals.setdefault(topic.name, Arrivals(topic.losses))
             found = self._inlets[topic.name] = Inlet(topic, self._connection, numbers=numbers)
-            for token in self._on(topic.name):
+            for token in self._known_on(topic.name):
                 if str(token) in self._refused:
                     found.ignore(token)
         return found

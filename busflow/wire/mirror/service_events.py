@@ -1,7 +1,7 @@
-"""ServiceEvents: publishes the calls of a service as ROS 2's service introspection does, while another process listens.
+"""ServiceEvents: publishes a service's calls as ROS 2's service introspection does, while another process listens.
 
-The process of the server publishes: each request that came, and each answer that was sent. Nothing is made of a call
-while no process subscribes to the service's event topic.
+The process of the server publishes one event for each received request, and one for each answer that it has sent. It
+makes no events while no process subscribes to the service's event topic.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class ServiceEvents:
     def __init__(self, connection: Connection) -> None:
         self._bus, self._log = connection.bus, connection.log
         self._listeners: dict[str, set[str]] = {}
-        """Tokens of subscriptions in other processes, by service."""
+        """By service, the tokens of event subscriptions in other processes."""
         self._published: dict[str, tuple[Publisher[Any], Callable[[Call[Any, Any]], None]]] = {}
-        """The publisher of each service's events, and the service's tap."""
+        """By service, the publisher of its events and the tap that calls it."""
 
     def on_token(self, text: str, token: Token, *, alive: bool) -> None:
         """Handle a subscription to an event topic that has come or gone."""
@@ -49,7 +49,7 @@ class ServiceEvents:
             self._end(name)
 
     def offer(self, name: str) -> None:
-        """Publish the events of a service from now on, if another process listens and a server may be here."""
+        """Publish a service's events from now on, if another process subscribes and this process has the service."""
         service = self._bus.services.get(name)
         if service is None or name in self._published or name not in self._listeners:
             return

@@ -1,4 +1,4 @@
-"""RemoteServer: represents a server of another process here, so that local clients can call it."""
+"""RemoteServer: stands in for a server of another process, so that local clients can call it."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _WAITING = 1000
 """Limit of the calls that wait for one remote server."""
 _FOREVER_S = 10 * 365 * 86_400
-"""Zenoh requires a time limit; a call has its own."""
+"""Zenoh's time limit of a query, which it requires; a call has its own limit."""
 
 
 class RemoteServer:
@@ -35,14 +35,14 @@ class RemoteServer:
         """Accept the service's calls from now on.
 
         Raises:
-            DuplicateServer: another server answers it already.
+            DuplicateServer: the service has another server already.
         """
         self.token = token
         self._service, self._key, self._gid = service, key, gid
         self._session, self._sender, self._on_loop = connection.session, connection.replier, connection.on_loop
         self._request, self._response = map(connection.supports, (service.type.Request, service.type.Response))
         self._clock = connection.bus.clock
-        self._asked = 0
+        self._call_count = 0
         self._waiting: dict[Call[Any, Any], zenoh.CancellationToken] = {}
         service.join(self)
 
@@ -52,23 +52,23 @@ class RemoteServer:
         return self.token.node_name
 
     def holder(self, call: Call[Any, Any]) -> Activity | None:  # noqa: ARG002  # of any call
-        """Return None: the activity of a remote server is unknown here. A call has its time limit."""
+        """Return None: this process does not know the activity of a remote server. A call has its time limit."""
         return None
 
     def accept(self, call: Call[Any, Any]) -> None:
         """Send the call to the other process.
 
         Raises:
-            ServiceUnavailable: too many calls wait for it already.
-            MalformedMessage: the request cannot be put into bytes.
+            ServiceUnavailable: too many calls wait for this server already.
+            MalformedMessage: the request cannot be encoded.
         """
         if len(self._waiting) >= _WAITING:
-            raise ServiceUnavailable(f"{_WAITING} calls of {self._service.name} wait already")
+            raise ServiceUnavailable(f"{_WAITING} calls of {self._service.name} wait for its server already")
         payload = self._request.encode(call.request)
-        self._asked += 1
-        attachment = Attachment(self._asked, self._clock.now().nanoseconds, self._gid).encode()
+        self._call_count += 1
+        attachment = Attachment(self._call_count, self._clock.now().nanoseconds, self._gid).encode()
         self._waiting[call] = zenoh.CancellationToken()
-        self._sender.hand(partial(self._ask, call, self._waiting[call], payload, attachment))
+        self._sender.hand(partial(self._send_query, call, self._waiting[call], payload, attachment))
 
     def withdraw(self, call: Call[Any, Any]) -> None:
         """Cancel a call that no task waits for any more."""
@@ -88,8 +88,10 @@ class RemoteServer:
         if self._service.server is self:
             self._service.leave(self)
 
-    def _ask(self, call: Call[Any, Any], token: zenoh.CancellationToken, payload: bytes, attachment: bytes) -> None:
-        """Send the query; in the sender's thread, because a stalled link would block the loop."""
+    def _send_query(
+        self, call: Call[Any, Any], token: zenoh.CancellationToken, payload: bytes, attachment: bytes
+    ) -> None:
+        """Send the query. The sender's thread runs this, because a stalled link would block the loop."""
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
@@ -118,7 +120,7 @@ class RemoteServer:
         try:
             call.succeed(self._response.decode(payload))
         except MalformedMessage as error:
-            call.fail(ServiceFailed(f"{self._service.name}: what {self.node} answered is no answer: {error}"))
+            call.fail(ServiceFailed(f"{self._service.name}: the answer of {self.node} is malformed: {error}"))
 
     def _fail(self, call: Call[Any, Any], reply: bytes) -> None:
         if self._waiting.pop(call, None) is not None:

@@ -1,7 +1,7 @@
-"""ServiceOutlet: lets other processes call a server of this one, in the way of `rmw_zenoh`.
+"""ServiceOutlet: lets other processes call a server of this one, as `rmw_zenoh` does.
 
-A request is a query on the service's key; its attachment comes back with the answer. ROS 2 has no error answer: busflow
-uses Zenoh's error reply, a JSON object with `kind` and `error`.
+A request is a query on the service's key; the answer has the same attachment. ROS 2 has no error answer: busflow sends
+Zenoh's error reply, a JSON object with `kind` and `error`.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -48,19 +48,19 @@ class ServiceOutlet:
         def on_query(query: zenoh.Query) -> None:
             connection.on_loop(self._begin, query)
 
-        self._way = connection.session.declare_queryable(
+        self._queryable = connection.session.declare_queryable(
             key, zenoh.handlers.Callback(on_query, indirect=False), complete=True
         )
 
     def close(self) -> None:
         """Stop answering; waiting clients get an error."""
-        self._way.undeclare()
+        self._queryable.undeclare()
         for task in self._tasks:
             task.cancel()
 
     def _begin(self, query: zenoh.Query) -> None:
         if len(self._tasks) >= _AT_ONCE:
-            self._refuse(query, ServiceUnavailable(f"{_AT_ONCE} requests of {self._name} are under way already"))
+            self._refuse(query, ServiceUnavailable(f"{_AT_ONCE} requests of {self._name} wait for answers already"))
             return
         task = asyncio.get_running_loop().create_task(self._serve(query), name=f"busflow.{self._name}")
         self._tasks.add(task)
@@ -69,33 +69,33 @@ class ServiceOutlet:
     async def _serve(self, query: zenoh.Query) -> None:
         try:
             request = self._request.decode(query.payload.to_bytes() if query.payload is not None else b"")
-            payload = self._response.encode(await self._in_time(request, _patience_s(query)))
+            payload = self._response.encode(await self._in_time(request, _timeout_s(query)))
         except BusflowError as error:
             self._refuse(query, error)
         else:
             attachment = None if query.attachment is None else query.attachment.to_bytes()
             self._sender.hand(partial(_reply, query, payload, attachment))
 
-    async def _in_time(self, request: Message, patience_s: float | None) -> Message:
-        """Return the answer. If the client's time limit passes first, a request that still waits is withdrawn.
+    async def _in_time(self, request: Message, timeout_s: float | None) -> Message:
+        """Return the answer; if the client's time limit passes first, withdraw the request if it still waits.
 
         Raises:
             ServiceError: there is no answer, or none in time.
         """
         try:
-            async with asyncio.timeout(patience_s):
+            async with asyncio.timeout(timeout_s):
                 return await self._answer(request)
         except TimeoutError as error:
             if isinstance(error, BusflowError):
                 raise
-            raise ServiceTimeout(f"{self._name} did not answer within {patience_s:g} s") from None
+            raise ServiceTimeout(f"{self._name} did not answer within {timeout_s:g} s") from None
 
     def _refuse(self, query: zenoh.Query, error: BusflowError) -> None:
         self._sender.hand(partial(_reply_error, query, encode_refusal(error)))
 
 
-def _patience_s(query: zenoh.Query) -> float | None:
-    """Return the client's time limit, or None: ROS 2's clients state none."""
+def _timeout_s(query: zenoh.Query) -> float | None:
+    """Return the client's time limit; None if it states none, as ROS 2's clients."""
     try:
         return float(query.parameters.get(PATIENCE) or "")
     except ValueError:

@@ -1,4 +1,4 @@
-"""ServiceMirror: shows the services of a bus to other processes, and theirs to the bus."""
+"""ServiceMirror: shows a bus's services to other processes, and connects the bus with the services of others."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -32,14 +32,14 @@ Shown = Server[Any, Any] | Client[Any, Any] | ParameterStore
 CALLER = "another process"
 """The caller's name in a server's log."""
 MakeToken = Callable[[TokenKind, str, str, "TypeSupport", str], Token]
-"""Makes a token with a number of its own, from kind, node, service, type and QoS."""
+"""Makes a token with its own number, from kind, node, service, type and QoS."""
 
 
 class ServiceMirror:
     """Shows local servers and clients to other processes, and connects remote servers with local clients."""
 
     def __init__(self, connection: Connection, make_token: MakeToken, log: Log) -> None:
-        """Create a mirror of services; `log` is the run's, whose levels its nodes' logger services set."""
+        """Create a mirror of services; `log` is the run's log, whose levels the nodes' logger services set."""
         self._connection, self._make_token, self._log = connection, make_token, connection.log
         self._levels = log
         self._bus, self._session, self._supports = connection.bus, connection.session, connection.supports
@@ -51,11 +51,11 @@ class ServiceMirror:
 
     @property
     def shown(self) -> int:
-        """How many tokens of local endpoints there are."""
+        """The number of tokens that show local endpoints."""
         return sum(map(len, self._shown.values()))
 
     def attach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
-        """Show an endpoint of a service; a client also gets another process's server."""
+        """Show an endpoint of a service; connect a client with a server of another process, if there is one."""
         kind = TokenKind.SERVICE if isinstance(end, Server) else TokenKind.CLIENT
         name = end.endpoint.service
         token = self._make_token(kind, end.endpoint.node, name, self._supports(end.type), _QOS)
@@ -79,7 +79,7 @@ class ServiceMirror:
             self._outlets[store].append(self._outlet(name, service_type, answer))
 
     def detach_parameters(self, node: str) -> None:
-        """Answer no more for the parameters and the log level of a node."""
+        """Stop answering for the parameters and the log level of a node."""
         for former in [each for each in self._shown if isinstance(each, ParameterStore) and each.node == node]:
             self._hide(former)
 
@@ -106,7 +106,7 @@ class ServiceMirror:
                     self._admit(other)
 
     def close(self) -> None:
-        """Fail all calls that wait for another process, after the session is closed."""
+        """Fail all calls that wait for another process; the session is closed before."""
         for server in self._servers.values():
             server.close()
 
@@ -117,14 +117,14 @@ class ServiceMirror:
             return
         support = self._supports(service.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
-            how = "of another definition" if token.type == support.name else f"as {token.type}"
-            self._log.warning(f"{token.node_name} in another process answers {service.name} {how}: it is not asked")
+            how = "with another definition" if token.type == support.name else f"as {token.type}"
+            self._log.warning(f"{token.node_name} in another process serves {service.name} {how}: it is not called")
             return
         try:
             key, gid = self._key(service.name, service.type), self._gids[service.name]
             self._servers[str(token)] = RemoteServer(service, token, key, self._connection, gid=gid)
         except BusflowError as error:
-            self._log.warning(f"{token.node_name} in another process is not asked for {service.name}: {error}")
+            self._log.warning(f"{token.node_name} in another process is not called for {service.name}: {error}")
 
     def _outlet(
         self, name: str, service_type: type[ServiceType], answer: Callable[[Any], Awaitable[Message]]

@@ -28,7 +28,7 @@ def test_the_barrier_loses_no_first_message(directory):
         talker = Process(Talker, "talker", directory, "listener")
         starting = asyncio.create_task(talker.graph.start())
         await talker.waits.wait()
-        assert talker.barrier.lacking(["listener"]) == ["listener has not shown itself"]
+        assert talker.barrier.lacking(["listener"]) == ["listener has not joined the run"]
         assert not starting.done()
         listener = Process(Listener, "listener", directory, "talker")
         await asyncio.gather(starting, listener.graph.start())
@@ -50,7 +50,7 @@ def test_process_that_has_gone_is_not_waited_for(directory):
         talker = Process(Talker, "talker", directory, "first", "never")
         starting = asyncio.create_task(talker.graph.start())
         await talker.waits.wait()
-        await until(lambda: talker.barrier.lacking(["first", "never"]) == ["never has not shown itself"])
+        await until(lambda: talker.barrier.lacking(["first", "never"]) == ["never has not joined the run"])
         await first.graph.stop()
         await until(lambda: talker.changes == [("first", True), ("first", False)])
         assert talker.barrier.lacking(["first"]) == []

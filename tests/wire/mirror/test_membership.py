@@ -52,7 +52,7 @@ async def test_without_a_directory_the_graph_runs(
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(tmp_path / "file"))
     async with launch(Talker, inspect="talk") as graph:
         graph.node(Talker).numbers.publish(Int64(data=1))
-    assert "this run cannot be looked into: " in capsys.readouterr().err
+    assert "this run cannot be inspected: " in capsys.readouterr().err
 
 
 async def test_members_of_a_run_share_its_topics():
