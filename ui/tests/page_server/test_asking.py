@@ -196,17 +196,6 @@ def test_without_an_assistant_the_page_says_so(reading: Reading):
     assert asked(page, RATE)["answered"]
 
 
-def test_a_killed_assistant_gives_way_to_the_next(reading: Reading):
-    page = reading.page()
-    assert reading.run is not None
-    reading.run.process.kill()
-    with pytest.raises(ConnectionClosed):
-        page.until(lambda _: False)
-    reading.run.stop()
-    reading.start()
-    assert asked(reading.page(), RATE)["answered"]
-
-
 def test_a_recording_has_no_assistant(reading: Reading, show: Callable[..., Any], tmp_path: Path):
     file = tmp_path / "short.mcap"
     launch = ROOT / "configs/lab1.yaml"

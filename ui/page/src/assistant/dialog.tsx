@@ -74,8 +74,6 @@ type FormProps = Pick<DialogProps, "session" | "talk" | "about" | "onWholePage">
 
 function QuestionForm({ session, talk, about, onWholePage }: FormProps) {
   const question = useSignal("");
-  const field = useRef<HTMLTextAreaElement>(null);
-  useEffect(() => field.current?.focus(), []);
   const mayAsk = session.isOpen.value && session.assistant.value?.running === true;
   const isWaiting = talk.exchanges.value.some(({ phase }) => phase === "waiting");
   const ask = () => {
@@ -97,8 +95,8 @@ function QuestionForm({ session, talk, about, onWholePage }: FormProps) {
     <form class="assistant-form" onSubmit={onSubmit}>
       <AboutView about={about} onWholePage={onWholePage} />
       <textarea
-        ref={field}
         class="field"
+        autofocus
         rows={2}
         maxLength={MOST_QUESTION}
         aria-label="Question"

@@ -6,7 +6,7 @@ import { addSearch } from "./search_box";
 
 /** The first folder of the book, whatever page is open. */
 export function rootOfBook(): URL {
-  return new URL(document.body.dataset.root ?? "", location.href);
+  return new URL(`./${document.body.dataset.root ?? ""}`, location.href);
 }
 
 /** Prepares the head once. */
