@@ -6,6 +6,7 @@ launch file shows all its mistakes in one report.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
@@ -402,15 +403,20 @@ class InvalidDefinition(BusflowError, ValueError):
         super().__init__("\n".join(problem.render() for problem in self.problems))
 
 
-def how_to_install(*parts: str) -> str:
-    """Return the install command for parts of this project; nothing is published yet, so it uses a clone.
+IN_A_CLONE = {"busflow": ".", "busflow-assistant": "./assistant", "busflow-ui": "./ui"}
+"""Where pip finds the distributions of this project. It is emptied when they are published: names are enough then."""
 
-    >>> how_to_install(".[top]"), how_to_install(".", "./ui")
+
+def how_to_install(*wanted: str) -> str:
+    """Return the command that installs distributions of this project, each with its extras.
+
+    >>> how_to_install("busflow[top]"), how_to_install("busflow", "busflow-ui")
     ("in a clone of busflow: pip install '.[top]'", 'in a clone of busflow: pip install . ./ui')
     """
     import shlex
 
-    return f"in a clone of busflow: pip install {shlex.join(parts)}"
+    parts = [re.sub(r"^[\w-]+", lambda name: IN_A_CLONE.get(name[0], name[0]), each) for each in wanted]
+    return f"{'in a clone of busflow: ' if IN_A_CLONE else ''}pip install {shlex.join(parts)}"
 
 
 def _sentence(fault: Fault) -> str:

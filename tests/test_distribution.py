@@ -7,35 +7,81 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 from pathlib import Path
 
 import pytest
 from hatchling.builders.sdist import SdistBuilder
+from packaging.specifiers import SpecifierSet
+
+from busflow import __version__
+from busflow.errors import how_to_install
 
 PROJECT = Path(__file__).parents[1]
+BUILD_FILES = ("pyproject.toml", "README.md", "LICENSE", "NOTICE", "hatch_build.py")
+FILES = f"https://github.com/busflow/busflow/blob/v{__version__}/"
 
 
 @pytest.fixture(scope="module")
-def names(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
-    """The files of the source distribution of this project, with folders `ui` and `assistant` beside it."""
+def names(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The files of the source distribution of this project, with folders `ui` and `assistant` beside it.
+
+    Each has the text of its metadata, the others none.
+    """
     project = tmp_path_factory.mktemp("project")
     for part in ("busflow", "tests", "docs"):
         shutil.copytree(PROJECT / part, project / part, ignore=shutil.ignore_patterns("__pycache__", "cases"))
-    for file in ("pyproject.toml", "README.md", "LICENSE"):
+    for file in BUILD_FILES:
         shutil.copy(PROJECT / file, project)
     for other in ("ui/busflow_ui", "assistant/busflow_assistant"):
         (project / other).mkdir(parents=True)
         (project / other / "__init__.py").write_text("")
     (built,) = SdistBuilder(str(project)).build(directory=str(project / "dist"))
     with tarfile.open(built) as archive:
-        return {name.partition("/")[2] for name in archive.getnames()}
+        return {each.name.partition("/")[2]: _text(archive, each) for each in archive.getmembers()}
 
 
-def test_source_distribution_holds_tests_and_build_files(names: set[str]):
-    assert {"pyproject.toml", "README.md", "LICENSE", "busflow/py.typed", "tests/conftest.py"} <= names
+def _text(archive: tarfile.TarFile, member: tarfile.TarInfo) -> str:
+    file = archive.extractfile(member) if member.name.endswith("PKG-INFO") else None
+    return file.read().decode() if file else ""
 
 
-def test_it_holds_nothing_of_other_distributions(names: set[str]):
+def test_source_distribution_holds_tests_and_build_files(names: dict[str, str]):
+    assert {*BUILD_FILES, "busflow/py.typed", "tests/conftest.py"} <= names.keys()
+
+
+def test_links_of_its_description_lead_into_the_project(names: dict[str, str]):
+    """On a package index README.md stands alone."""
+    targets = re.findall(r"\]\(([^)]+)\)", names["PKG-INFO"])
+    inside = [each.removeprefix(FILES) for each in targets if each.startswith(FILES)]
+    assert len(inside) > 20
+    assert [each for each in inside if not (PROJECT / each.partition("#")[0]).exists()] == []
+    assert [each for each in targets if not each.startswith("https://")] == []
+
+
+def test_version_stands_in_one_place(names: dict[str, str]):
+    assert f"\nVersion: {__version__}\n" in names["PKG-INFO"]
+    assert "version" not in tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
+
+
+@pytest.mark.parametrize("other", ["ui", "assistant"])
+def test_other_distributions_take_this_version(other: str):
+    project = tomllib.loads((PROJECT / other / "pyproject.toml").read_text("utf-8"))["project"]
+    (busflow,) = [SpecifierSet(each[7:]) for each in project["dependencies"] if each.startswith("busflow")]
+    assert __version__ in busflow
+    assert (PROJECT / other / "LICENSE").read_bytes() == (PROJECT / "LICENSE").read_bytes()
+
+
+def test_install_commands_change_in_one_table(monkeypatch: pytest.MonkeyPatch):
+    """Once the distributions are published, only this table is emptied."""
+    monkeypatch.setattr("busflow.errors.IN_A_CLONE", {})
+    assert how_to_install("busflow[top]", "busflow-ui") == "pip install 'busflow[top]' busflow-ui"
+    sources = [path for part in ("busflow", "ui/busflow_ui") for path in (PROJECT / part).rglob("*.py")]
+    own = [path.name for path in sources if re.search(r"pip install ['\".-]", path.read_text("utf-8"))]
+    assert sorted(own) == ["builtin_types.py", "errors.py"]  # of the first, a clone that was never installed
+
+
+def test_it_holds_nothing_of_other_distributions(names: dict[str, str]):
     assert [name for name in names if name.startswith(("ui", "assistant"))] == []
 
 
@@ -66,7 +112,7 @@ def test_every_documented_name_is_in_an_installed_wheel(tmp_path: Path):
     assert len(imports) > 50
     project, installed = tmp_path / "project", tmp_path / "installed"
     shutil.copytree(PROJECT / "busflow", project / "busflow", ignore=shutil.ignore_patterns("__pycache__"))
-    for file in ("pyproject.toml", "README.md", "LICENSE", "hatch_build.py"):
+    for file in BUILD_FILES:
         shutil.copy(PROJECT / file, project)
     build = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(tmp_path / "dist")]
     subprocess.run(build, check=True, timeout=120, cwd=project, capture_output=True)

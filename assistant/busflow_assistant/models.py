@@ -12,8 +12,9 @@ from urllib.parse import urlsplit
 from pydantic import Field, model_validator
 
 from busflow import Parameters, ReadOnly
+from busflow.errors import how_to_install
 
-_INSTALL = "in a clone of busflow: pip install . './assistant[assistant]'"
+_INSTALL = how_to_install("busflow", "busflow-assistant[assistant]")
 _NAME = r"^[A-Za-z_][A-Za-z0-9_]{0,63}$|^$"
 
 

@@ -41,8 +41,8 @@ _COMMANDS = {
     "certs": ("busflow.cli.certs:certs", "Make the certificates that link machines."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }
-_APART = {"foxglove": "ui", "ui": "ui"}
-"""The commands that another distribution of this project provides, each with its folder in the repository."""
+_APART = {"foxglove": "busflow-ui", "ui": "busflow-ui"}
+"""The commands that another distribution of this project provides, each with its name."""
 _HELP = """A robot's node graph that you pip install.
 
 \b

@@ -35,7 +35,7 @@ class Root(LazyGroup):
 
         Args:
             lazy: busflow's commands, in the form of `LazyGroup`; the import path of a verb in `apart` is not used.
-            apart: the verbs that another distribution of this project provides, each with its folder in the repository.
+            apart: the verbs that another distribution of this project provides, each with its name.
             settings: the settings of a click group.
         """
         super().__init__("busflow", lazy, **settings)
@@ -116,9 +116,9 @@ class Root(LazyGroup):
             return _imported(found[0])
         if verb not in self._apart:
             return None
-        folder = self._apart[verb]
-        message = f"busflow {verb} is a command of busflow-{folder}, which is not installed here"
-        raise PluginError(Problem("command-missing", message, how_to_install(".", f"./{folder}")))
+        name = self._apart[verb]
+        message = f"busflow {verb} is a command of {name}, which is not installed here"
+        raise PluginError(Problem("command-missing", message, how_to_install("busflow", name)))
 
 
 def _imported(entry: EntryPoint) -> click.Command:

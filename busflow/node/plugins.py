@@ -38,8 +38,8 @@ GROUP = "busflow.nodes"
 """The entry point group under which an installed distribution offers its nodes."""
 
 _BUILT_IN = {"player": "busflow.recording.player.player:Player"}
-_APART = {"assistant": "assistant", "page_index": "assistant"}
-"""The plugins that another distribution of this project provides, each with its folder in the repository."""
+_APART = {"assistant": "busflow-assistant", "page_index": "busflow-assistant"}
+"""The plugins that another distribution of this project provides, each with its name."""
 _PACKAGE = "busflow_plugins_"
 _NO_CLASS = "write a class there that derives from busflow.Node"
 _FILE_NAME = re.compile(r"[^\W\d_][\w-]*")
@@ -335,7 +335,7 @@ def _not_found(name: str, folders: Sequence[Path]) -> PluginError:
     looked = [tracebacks.shown(folder) + ("" if folder.is_dir() else " (no such folder)") for folder in folders]
     fix = did_you_mean(name, [*(each.name for each in find(folders)), *_BUILT_IN])
     if name in _APART:
-        fix = how_to_install(".", f"./{_APART[name]}")
+        fix = how_to_install("busflow", _APART[name])
     if os.sep in name or name.endswith(".py"):
         fix = f"write {quoted(Path(name).stem)}, and its folder under `plugins:`"
     where = ", ".join([*looked, f"the installed ones (entry points {GROUP})"])

@@ -167,7 +167,7 @@ def run(folder, tests, *options, **environment):
 def test_marked_tests_run_beside_pytest_asyncio_and_anyio(tmp_path, mode):
     code, output = run(tmp_path, TESTS + UNMARKED + OTHERS, f"--asyncio-mode={mode}")
     assert "9 passed, 1 xfailed" in output, output
-    assert code == 0
+    assert code == 0, output
 
 
 @pytest.mark.long

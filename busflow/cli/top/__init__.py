@@ -30,7 +30,7 @@ def top(run_name: str | None, interval: float) -> int:
     Keys: e echoes the chosen topic, p plots one of its numbers, space pauses, q ends.
     """
     if find_spec("textual") is None:
-        raise click.UsageError(f"busflow top needs one more package; {how_to_install('.[top]')}")
+        raise click.UsageError(f"busflow top needs one more package; {how_to_install('busflow[top]')}")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise click.UsageError("busflow top needs a terminal; busflow topic stats --json is for scripts")
     from busflow.cli.top.screen import Top

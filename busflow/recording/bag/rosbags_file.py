@@ -111,7 +111,7 @@ class RosbagsFile:
             from rosbags.rosbag2 import Reader
         except ImportError:
             reason = "a database, or a compressed bag, is read with rosbags, which is not installed"
-            raise BagError(reason, file=str(self.path), fix=how_to_install(".[rosbags]")) from None
+            raise BagError(reason, file=str(self.path), fix=how_to_install("busflow[rosbags]")) from None
         reader = Reader(self.path)
         reader.open()
         return reader

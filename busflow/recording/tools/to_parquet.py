@@ -89,7 +89,7 @@ def _arrow() -> tuple[Any, Any]:
     try:
         return import_module("pyarrow"), import_module("pyarrow.parquet")
     except ImportError:
-        fix = how_to_install(".[parquet]")
+        fix = how_to_install("busflow[parquet]")
         raise BagError("Parquet is written with pyarrow, which is not here", fix=fix) from None
 
 

@@ -33,7 +33,7 @@ def chosen_loop(name: str, *, simulated: bool = False) -> LoopFactory:
         return _uvloop()
     except ImportError as error:
         text = f"the event loop {name} needs one more package ({error})"
-        raise LaunchError([Problem("event-loop", text, how_to_install(f".[{name}]"))]) from None
+        raise LaunchError([Problem("event-loop", text, how_to_install(f"busflow[{name}]"))]) from None
 
 
 def _uvloop() -> Callable[[], Any]:

@@ -40,7 +40,7 @@ def require_cryptography() -> None:
     """
     if find_spec("cryptography") is None:
         text = "certificates are made with cryptography, which is not installed here"
-        raise CertificateError(f"{text}; {how_to_install('.[certs]')}")
+        raise CertificateError(f"{text}; {how_to_install('busflow[certs]')}")
 
 
 @dataclass(frozen=True, slots=True)

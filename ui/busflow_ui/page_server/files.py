@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 from websockets.datastructures import Headers
 from websockets.http11 import Response
 
-from busflow.errors import InvalidInput, Problem
+from busflow.errors import InvalidInput, Problem, how_to_install
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -58,7 +58,8 @@ def page_folder() -> Path:
     for folder in _PLACES:
         if (folder / "index.html").is_file():
             return folder
-    fix = f"in a clone: cd {_PLACES[1].parent} && npm ci --ignore-scripts && node build.mjs; or pip install ./ui"
+    built = f"in a clone: cd {_PLACES[1].parent} && npm ci --ignore-scripts && node build.mjs"
+    fix = f"{built}; or {how_to_install('busflow-ui')}"
     raise InvalidInput(Problem("no-page", f"the page is not built: {_PLACES[1]} has no index.html", fix))
 
 
