@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+import busflow
 from busflow.cli import main
 
 Captured = pytest.CaptureFixture[str]
@@ -90,3 +91,15 @@ def test_killed_run_leaves_nothing(project: Path, start_run: Callable[..., Any],
     assert main(["ps"]) == 0
     assert "nothing is running" in capsys.readouterr().err
     assert not (place.path / "talk").exists()
+
+
+@pytest.mark.usefixtures("lab")
+def test_command_of_another_version_warns(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
+    """The run is in a process of its own, of the version that is there."""
+    theirs = busflow.__version__
+    assert main(["topic", "list"]) == 0
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(busflow, "__version__", "7.1.0")
+    assert main(["topic", "list"]) == 0
+    warning = f"warning: imu_lab runs busflow {theirs}, and this is 7.1.0; what is shown may be wrong\n"
+    assert capsys.readouterr().err == warning

@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import busflow
 from busflow.cli.options.completers import Completer, completer
 from busflow.cli.terminal.output import print_message
 from busflow.errors import RunEnded
+from busflow.text import printable
+from busflow.validation.versions import work_together
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
@@ -34,8 +37,9 @@ def joins(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)
 
 
-def joined(run: str | None) -> AbstractContextManager[Peer]:
-    """Join a run while the block lasts; without a name, the only one.
+@contextmanager
+def joined(run: str | None) -> Generator[Peer]:
+    """Join a run while the block lasts; without a name, the only one. One of another version is joined with a warning.
 
     Raises:
         NoSuchRun: There is none, or there are several and no name was given.
@@ -46,7 +50,12 @@ def joined(run: str | None) -> AbstractContextManager[Peer]:
     require_zenoh()
     from busflow.wire.client.client import join
 
-    return join(run)
+    with join(run) as peer:
+        theirs, own = peer.run.card.version, busflow.__version__
+        if not work_together(theirs, own):
+            other = f"{printable(peer.run.name)} runs busflow {printable(theirs) or 'of an unknown version'}"
+            print_message(f"warning: {other}, and this is {own}; what is shown may be wrong")
+        yield peer
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from busflow.validation.annotations import StrictModel
 from busflow.validation.byte_sizes import PATTERN as SIZE_PATTERN
 from busflow.validation.byte_sizes import parse_size
 from busflow.validation.durations import PATTERN, parse_duration
+from busflow.validation.versions import check_requirement
 
 _ANY_DURATION = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
 Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _ANY_DURATION})]
@@ -376,13 +377,20 @@ class ProfileKeys(GraphKeys):
     shutdown: ShutdownKeys = Field(default=ShutdownKeys(), description="How the run ends.")
 
 
+def _version(text: str | None) -> str | None:
+    return None if text is None else check_requirement(text)
+
+
 class LaunchKeys(ProfileKeys):
     """A launch file of busflow: the nodes of a graph and their settings."""
 
     later: ClassVar[Mapping[str, str]] = {
-        "version": "leave it out",
+        "version": "write busflow: '>=0.1' for the versions of busflow that the file is for",
     }
 
+    busflow: Annotated[str | None, AfterValidator(_version)] = Field(
+        default=None, description="The versions of busflow that the file is for: `>=0.1,<0.3`."
+    )
     args: dict[str, ArgumentKeys] = Field(default_factory=dict, description="Arguments, used as ${args.name}.")
     profile: str | None = Field(default=None, description="The profile to use if none is chosen.")
     profiles: dict[str, ProfileKeys] = Field(
@@ -398,6 +406,7 @@ class LaunchKeys(ProfileKeys):
 
 ORDER = (
     *(
+        "busflow",
         "name",
         "plugins",
         "args",
