@@ -39,10 +39,12 @@ if TYPE_CHECKING:
     from busflow.errors import ActionUnavailable as ActionUnavailable
     from busflow.errors import BusflowError as BusflowError
     from busflow.errors import DeadlockError as DeadlockError
+    from busflow.errors import FramesNotConnected as FramesNotConnected
     from busflow.errors import GoalAborted as GoalAborted
     from busflow.errors import GoalCanceled as GoalCanceled
     from busflow.errors import GoalRejected as GoalRejected
     from busflow.errors import GoalTimeout as GoalTimeout
+    from busflow.errors import InvalidTransform as InvalidTransform
     from busflow.errors import LaunchError as LaunchError
     from busflow.errors import NodeFailed as NodeFailed
     from busflow.errors import SendTimeout as SendTimeout
@@ -51,7 +53,13 @@ if TYPE_CHECKING:
     from busflow.errors import ServiceGone as ServiceGone
     from busflow.errors import ServiceTimeout as ServiceTimeout
     from busflow.errors import ServiceUnavailable as ServiceUnavailable
+    from busflow.errors import TransformError as TransformError
+    from busflow.errors import TransformNotThere as TransformNotThere
+    from busflow.errors import TransformTooOld as TransformTooOld
+    from busflow.errors import UnknownFrame as UnknownFrame
     from busflow.errors import WouldBlock as WouldBlock
+    from busflow.frames.words import Frames as Frames
+    from busflow.frames.words import transforms as transforms
     from busflow.interfaces.action import ActionType as ActionType
     from busflow.interfaces.message import Length as Length
     from busflow.interfaces.message import Message as Message
@@ -88,12 +96,15 @@ _HOMES = {
     "DeadlockError": "errors",
     "Durability": "bus.qos",
     "Duration": "clock",
+    "Frames": "frames.words",
+    "FramesNotConnected": "errors",
     "GoalAborted": "errors",
     "GoalCanceled": "errors",
     "GoalRejected": "errors",
     "GoalState": "actions.goal",
     "GoalTimeout": "errors",
     "Graph": "runner.graph",
+    "InvalidTransform": "errors",
     "LaunchError": "errors",
     "Length": "interfaces.message",
     "LivelinessChanged": "bus.events",
@@ -126,6 +137,10 @@ _HOMES = {
     "TRANSIENT_LOCAL": "bus.qos",
     "Time": "clock",
     "Timer": "bus.timer",
+    "TransformError": "errors",
+    "TransformNotThere": "errors",
+    "TransformTooOld": "errors",
+    "UnknownFrame": "errors",
     "WouldBlock": "errors",
     "action": "actions.declarations",
     "action_client": "actions.declarations",
@@ -140,6 +155,7 @@ _HOMES = {
     "supervised": "node.supervision",
     "take": "interfaces.message",
     "timer": "node.declarations",
+    "transforms": "frames.words",
 }
 
 __all__ = [
@@ -159,12 +175,15 @@ __all__ = [
     "DeadlockError",
     "Durability",
     "Duration",
+    "Frames",
+    "FramesNotConnected",
     "GoalAborted",
     "GoalCanceled",
     "GoalRejected",
     "GoalState",
     "GoalTimeout",
     "Graph",
+    "InvalidTransform",
     "LaunchError",
     "Length",
     "LivelinessChanged",
@@ -195,6 +214,10 @@ __all__ = [
     "SubscriptionMatched",
     "Time",
     "Timer",
+    "TransformError",
+    "TransformNotThere",
+    "TransformTooOld",
+    "UnknownFrame",
     "WouldBlock",
     "action",
     "action_client",
@@ -209,6 +232,7 @@ __all__ = [
     "supervised",
     "take",
     "timer",
+    "transforms",
 ]
 
 __version__ = "0.1.0"

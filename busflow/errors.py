@@ -241,6 +241,30 @@ class DuplicateServer(BusflowError, ValueError):
     """A second server was declared for a service."""
 
 
+class TransformError(BusflowError, LookupError):
+    """There is no transform between two frames, or none at the time that was asked for."""
+
+
+class UnknownFrame(TransformError):
+    """No transform names the frame; the error has the nearest name."""
+
+
+class FramesNotConnected(TransformError):
+    """Two frames belong to trees apart; the error names both roots."""
+
+
+class TransformTooOld(TransformError):
+    """The time lies before the transforms that are kept: no wait brings it."""
+
+
+class TransformNotThere(TransformError):
+    """The transform at this time has not come yet; the error names the edge that lags, and by how much."""
+
+
+class InvalidTransform(BusflowError, ValueError):
+    """A transform cannot be part of the tree of frames: its numbers, a loop, or a second parent."""
+
+
 class RecordingRefused(BusflowError, ValueError):
     """A recording cannot be made: its file exists already, or cannot be created."""
 

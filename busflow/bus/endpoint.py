@@ -12,6 +12,8 @@ ROSOUT = "/rosout"
 """The topic of the run's log."""
 LOG_NODE = "/_log"
 """The node that publishes the log, for all nodes of the run."""
+UNANNOUNCED = frozenset({ROSOUT, "/tf", "/tf_static"})
+"""Topics whose publishers may come with their first message; a subscription without one is no mistake there."""
 PARAMETER_EVENTS = "/parameter_events"
 """The topic of the parameter changes of all nodes."""
 

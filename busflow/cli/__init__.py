@@ -25,6 +25,7 @@ _COMMANDS = {
     "ps": ("busflow.cli.ps:ps", "List what runs on this machine."),
     "topic": ("busflow.cli.topic:topic", "Look at the topics of a running graph, and publish to them."),
     "node": ("busflow.cli.node:node", "Look at the nodes of a running graph."),
+    "tf": ("busflow.cli.tf:tf", "Look at the frames of a running graph, or of a recording."),
     "service": ("busflow.cli.service:service", "Look at the services of a running graph, and call them."),
     "param": ("busflow.cli.param:param", "Look at the parameters of running nodes, and set them."),
     "bag": ("busflow.cli.bag:bag", "Look at recordings, and work with them."),

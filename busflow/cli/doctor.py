@@ -23,6 +23,7 @@ from busflow.text import counted
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import GraphView
     from busflow.wire.client.runs import PresentRun
     from busflow.wire.zenoh.run_directory import Folder
 
@@ -32,6 +33,8 @@ Examples:
   busflow doctor --run lab1 --json | jq '.findings[].message'"""
 
 
+_LISTEN_S = 0.5
+"""Time to listen to the frames of a run that has any."""
 _PEERS = 3
 """Addresses that a finding names."""
 _Findings = list[tuple[str | None, Problem]]
@@ -159,6 +162,7 @@ def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
         *_about_connections(present),
         *_about_processes(present),
         *findings(graph, tokens, answers),
+        *_about_frames(peer, graph),
     )
     return _Examined(present, clocks, topics, wrong)
 
@@ -200,6 +204,20 @@ def _about_processes(present: PresentRun) -> Iterator[Problem]:
             text = f"the process {each['process']} was started anew {counted(restarts, 'time')}"
             fix = "busflow log --level warning shows why; the counts of its nodes began again at 0"
             yield Problem("process-restarted", text, fix, severity=Severity.WARNING)
+
+
+def _about_frames(peer: Peer, graph: GraphView) -> Iterator[Problem]:
+    from busflow.wire.client.frames import follow_frames, publishes_frames
+
+    if not publishes_frames(graph):
+        return
+    from busflow.frames.seen import SeenFrames
+
+    seen = SeenFrames()
+    for each in follow_frames(peer, graph, _LISTEN_S):
+        if each is not None:
+            seen.add(each.message, each.publisher, each.published_ns, fixed=each.fixed)
+    yield from seen.problems()
 
 
 def _about_age(present: PresentRun) -> Iterator[Problem]:

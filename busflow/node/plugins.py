@@ -37,7 +37,10 @@ if TYPE_CHECKING:
 GROUP = "busflow.nodes"
 """The entry point group under which an installed distribution offers its nodes."""
 
-_BUILT_IN = {"player": "busflow.recording.player.player:Player"}
+_BUILT_IN = {
+    "player": "busflow.recording.player.player:Player",
+    "static_frames": "busflow.frames.static_frames:StaticFrames",
+}
 _APART = {"assistant": "busflow-assistant", "page_index": "busflow-assistant"}
 """The plugins that another distribution of this project provides, each with its name."""
 _PACKAGE = "busflow_plugins_"

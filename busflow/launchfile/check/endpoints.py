@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from busflow.bus.endpoint import ROSOUT
+from busflow.bus.endpoint import UNANNOUNCED
 from busflow.bus.names import resolve
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.errors import Problem, Severity
@@ -94,7 +94,7 @@ def _unmatched_topics(members: Sequence[PlannedNode], external: Collection[str],
     advised = _ADVISED
     for member in members:
         for endpoint in member.subscriptions:
-            if endpoint.topic not in published and endpoint.topic != ROSOUT and endpoint.topic not in external:
+            if endpoint.topic not in published and endpoint.topic not in {*external, *UNANNOUNCED}:
                 advised -= 1
                 near = did_you_mean(endpoint.topic, published) if published and advised >= 0 else None
                 outside = f"if it is published from outside: topics: {{{endpoint.topic}: {{external: true}}}}"

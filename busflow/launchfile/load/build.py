@@ -12,6 +12,7 @@ from busflow.bus import names
 from busflow.bus.qos import PRESETS, QoS, qos_faults
 from busflow.errors import InvalidName
 from busflow.launchfile.load.build_network import network_of, unknown_machine
+from busflow.launchfile.load.fixed_frames import frames_nodes
 from busflow.launchfile.load.merge import Part
 from busflow.launchfile.model.description import (
     ClockSpec,
@@ -53,7 +54,7 @@ class Builder:
         clock = keys.clock
         return LaunchDescription(
             name=keys.name or name,
-            nodes=tuple(node for node in nodes if node is not None),
+            nodes=(*filter(None, nodes), *frames_nodes(self.part.tree.members.get("frames"), self.problems)),
             topics=tuple(self._topics()),
             profiles=self._profiles,
             arguments=self.part.arguments,

@@ -17,7 +17,7 @@ from busflow.validation.faults import dotted, shown
 
 COMMAND_LINE = StatedBy.COMMAND_LINE.value
 SETTABLE = (
-    *("clock", "expect", "machines", "name", "network", "nodes", "processes", "qos", "record", "seed"),
+    *("clock", "expect", "frames", "machines", "name", "network", "nodes", "processes", "qos", "record", "seed"),
     *("shutdown", "topics"),
 )
 

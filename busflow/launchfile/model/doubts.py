@@ -17,7 +17,20 @@ class Doubt(StrEnum):
     QOS = "qos"
 
 
-_NAMELESS = {"name", "args", "env", "clock", "seed", "record", "expect", "shutdown", "processes", "machines", "network"}
+_NAMELESS = {
+    "name",
+    "args",
+    "env",
+    "clock",
+    "frames",
+    "seed",
+    "record",
+    "expect",
+    "shutdown",
+    "processes",
+    "machines",
+    "network",
+}
 """Keys of a launch file that change neither the set of nodes nor their connections."""
 _OWN = {"restart", "depends_on", "on_exit", "process", "machine"}
 """Keys of a node that change neither."""

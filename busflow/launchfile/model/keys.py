@@ -213,6 +213,14 @@ class NetworkKeys(Section):
     )
 
 
+class FrameKeys(Section):
+    """A frame that never moves, seen from its parent."""
+
+    xyz: list[float] = Field(default=[0.0, 0.0, 0.0], description="Its origin, in metres.")
+    rpy: list[float] | None = Field(default=None, description="Its roll, pitch and yaw about fixed axes, in radians.")
+    quaternion: list[float] | None = Field(default=None, description="Its rotation as x, y, z, w, in place of rpy.")
+
+
 class ClockKeys(Section):
     """The clock of the run."""
 
@@ -368,6 +376,10 @@ class ProfileKeys(GraphKeys):
         default_factory=dict, description="Machines that nodes may run on, beside the main one."
     )
     network: NetworkKeys = Field(default=NetworkKeys(), description="Links between machines, and others that may join.")
+    frames: dict[str, dict[str, FrameKeys]] = Field(
+        default_factory=dict[str, dict[str, FrameKeys]],
+        description="Frames that never move, by parent and name; published on /tf_static.",
+    )
     clock: ClockKeys = Field(default=ClockKeys(), description="The clock of the run.")
     seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
     record: Annotated[RecordKeys | None, BeforeValidator(_record_file)] = Field(
@@ -422,6 +434,7 @@ ORDER = (
         "machines",
         "network",
         "include",
+        "frames",
     ),
     *("namespace", "clock", "seed", "record", "expect", "shutdown"),
 )

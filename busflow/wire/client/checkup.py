@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from busflow.bus.endpoint import UNANNOUNCED
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.bus.statistics import EARLY, OUTGOING, UNSENT
 from busflow.errors import MalformedMessage, Problem, Severity
@@ -128,7 +129,7 @@ def _qos_conflicts(graph: GraphView) -> Iterator[Problem]:
 
 def _unpublished(graph: GraphView) -> Iterator[Problem]:
     published = {topic.name for topic in graph.topics.values() if topic.publishers and not topic.hidden}
-    for topic in graph.topics.values():
+    for topic in (each for name, each in graph.topics.items() if name not in UNANNOUNCED):
         receivers = [end for end in topic.subscriptions if not is_hidden(end.node)]
         if receivers and not topic.publishers and not topic.details.get("external"):
             text = f"{_nodes(receivers)} receives {topic.name}, which has no publisher"

@@ -1,0 +1,170 @@
+"""`moving`: each stamped type in another frame, against matrices."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from busflow import take
+from busflow.errors import InvalidTransform
+from busflow.frames.moving import moved, rotation_matrix, stamp_and_frame
+from busflow.frames.rigid import about, from_rpy
+from busflow.msgs.geometry_msgs import (
+    Point,
+    Point32,
+    PointStamped,
+    Polygon,
+    PolygonStamped,
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    QuaternionStamped,
+    Twist,
+    TwistStamped,
+    Vector3,
+    Vector3Stamped,
+)
+from busflow.msgs.sensor_msgs import PointCloud2, PointField
+from busflow.msgs.std_msgs import Header
+
+THERE = (1.0, 2.0, 3.0, *from_rpy(0.3, -0.4, 1.2))
+"""The motion that takes coordinates of `sensor` to `map`."""
+TURN = np.array(rotation_matrix(THERE[3:]))
+HEADER = Header(frame_id="sensor")
+POSE = Pose(position=Point(x=4.0, y=5.0, z=6.0), orientation=Quaternion(x=0.0, y=0.0, z=math.sin(0.4), w=math.cos(0.4)))
+
+
+def there(x, y, z):
+    return pytest.approx(tuple(TURN @ (x, y, z) + (1, 2, 3)))
+
+
+def xyz(value):
+    return value.x, value.y, value.z
+
+
+def check_pose(pose):
+    assert xyz(pose.position) == there(4, 5, 6)
+    turn = rotation_matrix((pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w))
+    assert turn == pytest.approx(TURN @ rotation_matrix(about((0, 0, 1), 0.8)))
+
+
+def test_points_turn_and_shift_vectors_only_turn():
+    point = moved(PointStamped(header=HEADER, point=Point(x=4.0, y=5.0, z=6.0)), "map", THERE)
+    assert (point.header.frame_id, xyz(point.point)) == ("map", there(4, 5, 6))
+    vector = moved(Vector3Stamped(header=HEADER, vector=Vector3(x=4.0, y=5.0, z=6.0)), "map", THERE)
+    assert xyz(vector.vector) == pytest.approx(tuple(TURN @ (4, 5, 6)))
+
+
+def test_poses_alone_in_arrays_and_as_rotations():
+    check_pose(moved(PoseStamped(header=HEADER, pose=POSE), "map", THERE).pose)
+    array = moved(PoseArray(header=HEADER, poses=(POSE, POSE)), "map", THERE)
+    assert len(array.poses) == 2
+    check_pose(array.poses[1])
+    only = moved(QuaternionStamped(header=HEADER, quaternion=POSE.orientation), "map", THERE)
+    check_pose(
+        POSE.replace(position=Point(**dict(zip("xyz", TURN @ (4, 5, 6) + (1, 2, 3), strict=True)))).replace(
+            orientation=only.quaternion
+        )
+    )
+
+
+def test_polygon_keeps_its_corners_in_order():
+    corners = (Point32(x=4.0, y=5.0, z=6.0), Point32(x=1.0))
+    polygon = moved(PolygonStamped(header=HEADER, polygon=Polygon(points=corners)), "map", THERE).polygon
+    assert [xyz(each) for each in polygon.points] == [
+        pytest.approx(tuple(TURN @ corner + (1, 2, 3)), abs=1e-6) for corner in ((4, 5, 6), (1, 0, 0))
+    ]
+
+
+def test_covariance_turns_with_the_axes():
+    covariance = np.arange(36.0).reshape(6, 6)
+    covariance += covariance.T
+    message = PoseWithCovarianceStamped(
+        header=HEADER, pose=PoseWithCovariance(pose=POSE, covariance=take(covariance.reshape(36).copy()))
+    )
+    result = moved(message, "map", THERE)
+    check_pose(result.pose.pose)
+    both = np.zeros((6, 6))
+    both[:3, :3] = both[3:, 3:] = TURN
+    assert np.asarray(result.pose.covariance).reshape(6, 6) == pytest.approx(both @ covariance @ both.T)
+
+
+def cloud(height=2, width=3, kind=PointField.FLOAT32, *, big=False, padding=5):
+    """A cloud with a colour before each point, padding behind each row, and points 0, 1, 2, …"""
+    letter, size = {PointField.FLOAT32: ("f4", 4), PointField.FLOAT64: ("f8", 8)}[kind]
+    step = 4 + 3 * size
+    data = np.full(height * (width * step + padding), 7, np.uint8)
+    dtype = np.dtype(f"{'>' if big else '<'}{letter}")
+    for row in range(height):
+        for column in range(width):
+            at = row * (width * step + padding) + column * step + 4
+            number = 3.0 * (row * width + column)
+            data[at : at + 3 * size] = np.frombuffer(
+                np.array([number, number + 1, number + 2], dtype).tobytes(), np.uint8
+            )
+    fields = [PointField(name="rgb", offset=0, datatype=PointField.UINT32, count=1)]
+    fields += [PointField(name=name, offset=4 + at * size, datatype=kind, count=1) for at, name in enumerate("xyz")]
+    return PointCloud2(
+        header=HEADER, height=height, width=width, fields=tuple(fields), is_bigendian=big, point_step=step,
+        row_step=width * step + padding, data=take(data),
+    )  # fmt: skip
+
+
+def points(message):
+    size = {PointField.FLOAT32: 4, PointField.FLOAT64: 8}[message.fields[1].datatype]
+    dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}f{size}")
+    raw = np.asarray(message.data).tobytes()
+    starts = [
+        row * message.row_step + column * message.point_step + 4
+        for row in range(message.height)
+        for column in range(message.width)
+    ]
+    return [tuple(np.frombuffer(raw, dtype, 3, start)) for start in starts]
+
+
+@pytest.mark.parametrize("kind", [PointField.FLOAT32, PointField.FLOAT64])
+@pytest.mark.parametrize("big", [False, True])
+def test_every_point_of_a_cloud_moves(kind, big):
+    before = cloud(kind=kind, big=big)
+    after = moved(before, "map", THERE)
+    assert points(after) == [pytest.approx(tuple(TURN @ point + (1, 2, 3)), rel=1e-5) for point in points(before)]
+    rest = np.ones(before.data.size, bool)
+    for row in range(2):
+        for column in range(3):
+            at = row * before.row_step + column * before.point_step + 4
+            rest[at : at + before.point_step - 4] = False
+    assert (np.asarray(after.data)[rest] == 7).all()
+    assert points(before)[1] == (3, 4, 5)
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (cloud().replace(fields=cloud().fields[:3]), "has no such z"),
+        (cloud().replace(fields=(PointField(name="x", datatype=PointField.INT32),)), "has no such x"),
+        (cloud().replace(height=3), "a cloud of 3 × 3 points has only 106 bytes of data"),
+        (cloud().replace(point_step=4_000_000_000, row_step=4_000_000_000), "has only 106 bytes"),
+        (
+            TwistStamped(header=HEADER),
+            "a geometry_msgs/msg/TwistStamped cannot be taken to another frame; these can: P",
+        ),
+    ],
+)
+def test_what_cannot_be_moved_says_why(message, reason):
+    with pytest.raises(InvalidTransform, match=re.escape(reason)):
+        moved(message, "map", THERE)
+
+
+def test_an_empty_cloud_stays_empty():
+    assert moved(cloud(0, 0).replace(width=5), "map", THERE).header.frame_id == "map"
+
+
+def test_a_message_without_header_has_no_frame():
+    with pytest.raises(InvalidTransform, match="Twist has no header"):
+        stamp_and_frame(Twist())

@@ -1,0 +1,50 @@
+"""`SeenFrames`: what an onlooker keeps of the transforms that it sees, and every mistake with its nodes."""
+
+from __future__ import annotations
+
+from busflow import Time
+from busflow.errors import Severity
+from busflow.frames.seen import SeenFrames
+from busflow.msgs.geometry_msgs import Quaternion, Transform, TransformStamped
+from busflow.msgs.std_msgs import Header
+from busflow.msgs.tf2_msgs import TFMessage
+
+S = 1_000_000_000
+ZERO = "its quaternion (0, 0, 0, 0) has the length 0, not 1: no rotation is (0, 0, 0, 1)"
+
+
+def message(parent, child, second=0.0, w=1.0):
+    header = Header(stamp=Time(seconds=second).to_msg(), frame_id=parent)
+    edge = TransformStamped(header=header, child_frame_id=child, transform=Transform(rotation=Quaternion(w=w)))
+    return TFMessage(transforms=(edge,))
+
+
+def test_account_has_publishers_counts_and_delays():
+    seen = SeenFrames()
+    for second in range(1, 5):
+        seen.add(message("/odom", "base", second), "/wheels", second * S + second * 1000, fixed=False)
+    seen.add(message("base", "imu"), "", 0, fixed=True)
+    base, imu = seen.edges["base"], seen.edges["imu"]
+    assert (base.by, base.count, base.delay_ns, base.longest_ns) == ("/wheels", 4, 10_000, 4000)
+    assert (imu.by, imu.count) == ("", 1)
+    assert seen.problems() == []
+
+
+def test_every_mistake_names_its_nodes():
+    seen = SeenFrames()
+    seen.add(message("odom", "base", 20), "/wheels", 0, fixed=False)
+    seen.add(message("odom", "base", 20.1), "/slam", 0, fixed=False)
+    seen.add(message("odom", "arm", w=0.0), "", 0, fixed=False)
+    for parent in ("map", "world"):
+        seen.add(message(parent, "goal"), "", 0, fixed=True)
+    seen.add(message("odom", "base", 2), "/wheels", 0, fixed=False)
+    assert [(each.code, each.severity, each.message) for each in seen.problems()] == [
+        (
+            "invalid-transform",
+            Severity.ERROR,
+            f"an unknown node publishes a transform that is none: odom → arm: {ZERO}",
+        ),
+        ("two-parents", Severity.ERROR, "the frame goal has had the parents map and world, by unknown nodes"),
+        ("two-publishers", Severity.WARNING, "2 nodes publish odom → base: /wheels, /slam"),
+        ("time-set-back", Severity.WARNING, "the stamps of transforms were set back 1 time"),
+    ]
