@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from websockets.exceptions import ConnectionClosed
 
 from busflow.clock import SystemClock
-from busflow.errors import BusflowError, InspectionUnavailable
+from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage
 from busflow.text import printable
 from busflow_ui.foxglove import protocol
 from busflow_ui.foxglove.protocol import Level
@@ -20,6 +20,7 @@ from busflow_ui.questions import arguments as checked
 from busflow_ui.questions.followed import Changed
 from busflow_ui.questions.session import Question, Session
 from busflow_ui.recordings.contents import graph_of, log_of
+from busflow_ui.recordings.overview import MOST_BINS, Stretch, overview, path_of
 from busflow_ui.recordings.playback import Playback
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ class RecordingPage:
         """The moment up to which messages were sent."""
         self._reported_ns = 0
         self._thread = ThreadPoolExecutor(1, "busflow-ui-recording")
+        self._overviews = ThreadPoolExecutor(1, "busflow-ui-overview")  # which take seconds: playing goes on meanwhile
         self._session = Session(
             {
                 "time": Question(self._time, remaining=Changed),
@@ -69,6 +71,7 @@ class RecordingPage:
                 "graph": Question(self._graph, remaining=Changed),
                 "log": Question(self._log, remaining=Changed),
                 "seek": Question(self._seek),
+                "overview": Question(self._overview),
             },
             self._send_text,
             read_only=True,
@@ -91,6 +94,7 @@ class RecordingPage:
             self._session.close()
             self._restart()
             self._thread.shutdown(wait=False)
+            self._overviews.shutdown(wait=False, cancel_futures=True)
 
     # What is received.
 
@@ -221,6 +225,18 @@ class RecordingPage:
         self._session.send_update("time", found)
         self._wake.set()
         return found
+
+    async def _overview(self, arguments: Mapping[str, Any]) -> object:
+        """Return one number over a stretch of the recording, thinned; an end that is not stated is the recording's."""
+        topic, path = checked.text(arguments, "topic"), path_of(arguments.get("path"))
+        whole = {"from_ns": self._recording.start_ns, "to_ns": self._recording.end_ns}
+        ends = {word: checked.digits(arguments, word) if word in arguments else end for word, end in whole.items()}
+        if ends["to_ns"] <= ends["from_ns"]:
+            raise MalformedMessage("to_ns is after from_ns")
+        bins = checked.whole_number(arguments, "bins", least=1, most=MOST_BINS, default=MOST_BINS)
+        stretch = Stretch(ends["from_ns"], ends["to_ns"], bins)
+        reading = asyncio.get_running_loop().run_in_executor
+        return await reading(self._overviews, overview, self._recording, topic, path, stretch)
 
     async def _run(self, _arguments: Mapping[str, Any]) -> object:
         return {"name": self._recording.name, "file": str(self._recording.path)}

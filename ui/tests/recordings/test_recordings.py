@@ -1,6 +1,6 @@
 """Recordings as pages see them, on a file of the project's lab.
 
-Of `contents.py`, `playback.py`, `recording.py` and `recording_page.py`.
+Of `contents.py`, `overview.py`, `playback.py`, `recording.py` and `recording_page.py`.
 """
 
 import asyncio
@@ -19,6 +19,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from busflow.errors import BagError, InvalidInput
 from busflow.recording.bag import Bag
 from busflow_ui.recordings.contents import graph_of, log_of
+from busflow_ui.recordings.overview import Named, Stretch, overview, value_at
 from busflow_ui.recordings.playback import Playback
 from busflow_ui.recordings.recording import Recording, opened
 from busflow_ui.recordings.recording_page import RecordingPage
@@ -120,6 +121,62 @@ def test_what_is_no_recording_is_refused(tmp_path: Path):
         opened(tmp_path / "no.mcap")
 
 
+# Numbers over the whole of it.
+
+
+def numbers(file: Path, topic: str, *fields: str) -> list[tuple[int, float]]:
+    """Stamp and number of each message, by a reader that reads everything."""
+    found: list[tuple[int, float]] = []
+    for each in Bag(file).entries([topic]):
+        value = message = each.channel.plain(each.payload)
+        for field in fields:
+            value = value[field]
+        stamp = message["header"]["stamp"]
+        found.append((stamp["sec"] * S + stamp["nanosec"], value))
+    return found
+
+
+def test_an_overview_keeps_every_peak(recording: Recording, file: Path):
+    known = numbers(file, "/imu/data", "linear_acceleration", "z")
+    stretch = Stretch(recording.start_ns, recording.end_ns, 20)
+    found = overview(recording, "/imu/data", ["linear_acceleration", "z"], stretch)
+    assert found["every"] == 1
+    assert len(found["values"]) <= 40
+    assert max(found["values"]) == max(value for _, value in known)
+    assert min(found["values"]) == min(value for _, value in known)
+    points = dict(known)
+    start_ns = int(found["from_ns"])
+    for time_s, value in zip(found["times_s"], found["values"], strict=True):
+        assert points[start_ns + round(time_s * S)] == value
+
+
+def test_a_narrow_overview_has_every_point(recording: Recording, file: Path):
+    stretch = Stretch(recording.start_ns + 10 * S, recording.start_ns + 20 * S, 4000)
+    found = overview(recording, "/imu/data", ["linear_acceleration", "z"], stretch)
+    known = numbers(file, "/imu/data", "linear_acceleration", "z")
+    inside = [value for stamp_ns, value in known if stretch.start_ns <= stamp_ns <= stretch.end_ns]
+    assert found["values"] == inside
+
+
+def test_an_overview_of_much_reads_a_part(recording: Recording, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("busflow_ui.recordings.overview._MOST_READ", 100)
+    found = overview(
+        recording, "/imu/data", ["linear_acceleration", "z"], Stretch(recording.start_ns, recording.end_ns, 4000)
+    )
+    assert found["every"] == 6
+    assert 90 <= len(found["values"]) <= 101
+
+
+def test_a_path_leads_to_items_and_names():
+    message = {"name": ("a", "b"), "position": (1.0, 2.0), "parts": ({"name": "x", "size": 3},)}
+    assert value_at(["position", 1], message) == 2.0
+    assert value_at(["position", -2], message) == 1.0
+    assert value_at(["position", Named("b")], message) == 2.0
+    assert value_at(["parts", Named("x"), "size"], message) == 3
+    for path in (["position", 2], ["position", Named("c")], ["nothing"], ["name", "a"], [Named("name"), 5]):
+        assert value_at(path, message) is None
+
+
 # A page that looks at it.
 
 
@@ -216,6 +273,31 @@ def test_a_page_pauses_where_it_is(recording: Recording):
 def test_a_wrong_seek_is_refused(recording: Recording, arguments: dict[str, Any]):
     async def look(viewer: Viewer) -> None:
         assert "error" in await viewer.ask("seek", **arguments)
+
+    looking(recording, look)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        ({"topic": "/nothing", "path": ["x"]}, "the recording has no topic /nothing"),
+        ({"topic": "/imu/data", "path": []}, "path is a list"),
+        ({"topic": "/imu/data", "path": [True]}, "a step of a path"),
+        ({"topic": "/imu/data", "path": ["x"], "bins": 10**9}, "bins is a whole number"),
+        ({"topic": "/imu/data", "path": ["x"], "from_ns": "9", "to_ns": "8"}, "to_ns is after from_ns"),
+    ],
+)
+def test_a_wrong_overview_is_refused(recording: Recording, arguments: dict[str, Any], why: str):
+    async def look(viewer: Viewer) -> None:
+        assert why in (await viewer.ask("overview", **arguments))["error"]
+
+    looking(recording, look)
+
+
+def test_an_overview_without_numbers_is_a_gap(recording: Recording):
+    async def look(viewer: Viewer) -> None:
+        found = (await viewer.ask("overview", topic="/imu/data", path=["header", "frame_id"], bins=3))["answer"]
+        assert found["values"] == [None, None, None]
 
     looking(recording, look)
 

@@ -212,6 +212,25 @@ export interface RecordingTime {
   readonly rate: number;
 }
 
+/** One number over a stretch of a recording. */
+export interface OverviewRequest {
+  readonly topic: string;
+  readonly path: readonly (string | number | { readonly named: string })[];
+  readonly from_ns: string;
+  readonly to_ns: string;
+  readonly bins: number;
+}
+
+export interface Overview {
+  readonly from_ns: string;
+  /** Seconds from `from_ns` on, sorted. */
+  readonly times_s: readonly number[];
+  /** The least and the greatest of each bin; null is a gap. */
+  readonly values: readonly (number | null)[];
+  /** Above 1 where only each so many messages were read. */
+  readonly every: number;
+}
+
 export interface Recorded {
   readonly on: boolean;
   readonly path?: string | null;
@@ -264,6 +283,7 @@ export interface QuestionTable {
   log_level: { arguments: { node: string; level: string }; answer: Record<string, never> };
   record: { arguments: { on?: boolean }; answer: Recorded };
   seek: { arguments: { stamp_ns?: string; play?: boolean; rate?: number }; answer: { readonly stamp_ns: string } };
+  overview: { arguments: OverviewRequest; answer: Overview };
   run: { arguments: Record<string, never>; answer: Run };
   /** What the launch file holds under `x-ui:`; null where it holds nothing. */
   layout: { arguments: Record<string, never>; answer: { readonly layout: unknown } };

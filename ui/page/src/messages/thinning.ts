@@ -42,31 +42,46 @@ export function thin(points: Points, view: View, into: Thinned): void {
     return;
   }
   const perSecond = view.columns / (view.to - view.from);
-  let at = begin;
-  while (at < end) {
-    const column = Math.floor(((times[at] ?? 0) - view.from) * perSecond);
-    let next = at + 1;
-    while (next < end && Math.floor(((times[next] ?? 0) - view.from) * perSecond) === column) next += 1;
-    thinColumn(points, at, next, into);
-    at = next;
+  let column = NaN;
+  let start = begin;
+  let first = -1;
+  let least = -1;
+  let greatest = -1;
+  let last = -1;
+  for (let at = begin; at < end; at += 1) {
+    const next = Math.floor(((times[at] ?? 0) - view.from) * perSecond);
+    if (next !== column) {
+      if (at > begin) putColumn(points, { start, first, least, greatest, last, end: at }, into);
+      column = next;
+      start = at;
+      first = least = greatest = last = -1;
+    }
+    const value = values[at] ?? NaN;
+    if (Number.isNaN(value)) continue;
+    last = at;
+    if (first === -1) first = least = greatest = at;
+    else if (value < (values[least] ?? NaN)) least = at;
+    else if (value > (values[greatest] ?? NaN)) greatest = at;
   }
+  putColumn(points, { start, first, least, greatest, last, end }, into);
+}
+
+/** Places of a column's points; -1 where it has nothing but gaps. */
+interface Column {
+  readonly start: number;
+  readonly first: number;
+  readonly least: number;
+  readonly greatest: number;
+  readonly last: number;
+  readonly end: number;
 }
 
 /** Puts the points of one column into `into`. Gaps between its points are narrower than a pixel, and are left out. */
-function thinColumn(points: Points, begin: number, end: number, into: Thinned): void {
-  const { values } = points;
-  let [first, least, greatest, last] = [-1, -1, -1, -1];
-  for (let at = begin; at < end; at += 1) {
-    const value = values[at] ?? NaN;
-    if (Number.isNaN(value)) continue;
-    if (first === -1) first = least = greatest = at;
-    if (value < (values[least] ?? NaN)) least = at;
-    if (value > (values[greatest] ?? NaN)) greatest = at;
-    last = at;
-  }
-  if (first !== begin) put(points, begin, into); // a gap comes before the first point
+function putColumn(points: Points, { start, first, least, greatest, last, end }: Column, into: Thinned): void {
+  if (first !== start) put(points, start, into); // a gap comes before the first point
   if (first === -1) return;
-  const [second, third] = least < greatest ? [least, greatest] : [greatest, least];
+  const second = Math.min(least, greatest);
+  const third = Math.max(least, greatest);
   put(points, first, into);
   if (second !== first) put(points, second, into);
   if (third !== second) put(points, third, into);

@@ -4,6 +4,7 @@ import uPlot from "uplot";
 import { thin, thinnedOf, type Thinned } from "../messages/thinning";
 import type { Line } from "./lines";
 import type { Observation } from "./observation";
+import { DenseLines } from "./dense_lines";
 import { dashOf, paletteOf, strokeOf, type Palette } from "./palette";
 import { DISTANCES_S, numberText, tickText } from "./ticks";
 import type { Stretch } from "./timeline";
@@ -28,6 +29,7 @@ export class Chart {
   readonly #resize: ResizeObserver;
   #drawn: readonly Drawn[] = [];
   #units: readonly (string | undefined)[] = [];
+  readonly #dense = new DenseLines();
   #palette: Palette;
   #plot: uPlot;
   #stretch: Stretch = { from: 0, to: 1 };
@@ -142,6 +144,7 @@ export class Chart {
   }
 
   #build(): uPlot {
+    this.#dense.restyle(this.#palette, this.#drawn.length);
     const hasRight = this.#drawn.some(({ scale }) => scale === "right");
     const unitOf = (scale: string): string | undefined => this.#drawn.find((each) => each.scale === scale)?.line.unit;
     const options: uPlot.Options = {
@@ -161,6 +164,7 @@ export class Chart {
       hooks: {
         setSelect: [(plot) => this.#select(plot)],
         setCursor: [(plot) => this.#onHover(plot.cursor.left === undefined || plot.cursor.left < 0 ? undefined : plot.posToVal(plot.cursor.left, "x"))],
+        drawAxes: [(plot) => this.#drawDense(plot)],
         draw: [(plot) => this.#drawCursors(plot)],
       },
     };
@@ -241,11 +245,27 @@ export class Chart {
     this.#observation.frames.request();
   }
 
+  #drawDense({ ctx, bbox, scales }: uPlot): void {
+    const x = scales.x;
+    if (x?.min == null || x.max == null || !this.#drawn.some(({ thinned }) => isDense(thinned, bbox))) return;
+    const perSecond = bbox.width / (x.max - x.min);
+    this.#dense.begin(bbox);
+    for (const [at, { thinned, scale }] of this.#drawn.entries()) {
+      const y = scales[scale];
+      if (!isDense(thinned, bbox) || y?.min == null || y.max == null) continue;
+      this.#dense.line(at, thinned, { fromTime: x.min, perSecond, greatest: y.max, perUnit: bbox.height / (y.max - y.min) });
+    }
+    this.#dense.show(ctx, bbox);
+  }
+
   #drawCursors(plot: uPlot): void {
     const { ctx, bbox } = plot;
     const { timeline, receiver } = this.#observation;
     const momentNs = receiver.moment.peek();
     const marks: (readonly [string, number | undefined])[] = timeline.cursors.peek().map((each, at) => [at === 0 ? "A" : "B", each]);
+    if (momentNs === undefined && timeline.whole.peek() !== undefined && receiver.latestNs !== undefined) {
+      marks.push(["", timeline.secondsOf(receiver.latestNs)]); // where the recording stands
+    }
     if (momentNs !== undefined) marks.push(["", timeline.secondsOf(momentNs)]);
     ctx.save();
     ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
@@ -264,9 +284,15 @@ export class Chart {
   }
 }
 
+/** Whether a line has more points than columns of pixels. */
+function isDense({ count }: Thinned, { width }: uPlot.BBox): boolean {
+  return count > width;
+}
+
 /** Returns the path of a line's thinned points, broken at its gaps; where they stand far apart, a dot for each. */
 function pathOf({ bbox, scales }: uPlot, { thinned, scale }: Drawn): uPlot.Series.Paths | null {
   const [x, y] = [scales.x, scales[scale]];
+  if (isDense(thinned, bbox)) return null; // drawn already
   if (x?.min == null || x.max == null || y?.min == null || y.max == null) return null;
   const [perSecond, perUnit] = [bbox.width / (x.max - x.min), bbox.height / (y.max - y.min)];
   const { times, values, count } = thinned;
@@ -274,24 +300,17 @@ function pathOf({ bbox, scales }: uPlot, { thinned, scale }: Drawn): uPlot.Serie
   const lengthS = (times[count - 1] ?? 0) - (times[0] ?? 0);
   const dots = count * DOT_DISTANCE * devicePixelRatio < Math.min(bbox.width, lengthS * perSecond) ? new Path2D() : null;
   const radius = DOT_RADIUS * devicePixelRatio;
-  const isDense = count > bbox.width;
   let isBroken = true;
-  let [column, top, bottom] = [NaN, 0, 0];
   for (let at = 0; at < count; at += 1) {
     const value = values[at] ?? NaN;
     if (Number.isNaN(value)) {
       isBroken = true;
       continue;
     }
-    const exact = bbox.left + ((times[at] ?? 0) - x.min) * perSecond;
-    const left = isDense ? Math.round(exact) : exact;
+    const left = bbox.left + ((times[at] ?? 0) - x.min) * perSecond;
     const height = bbox.top + (y.max - value) * perUnit;
-    // Of a column of pixels only what reaches beyond what is drawn there already: fewer strokes, as good as the same picture.
-    if (!isBroken && left === column && height >= top && height <= bottom) continue;
     if (isBroken) stroke.moveTo(left, height);
     stroke.lineTo(left, height);
-    if (isBroken || left !== column) [column, top, bottom] = [left, height, height];
-    else [top, bottom] = [Math.min(top, height), Math.max(bottom, height)];
     isBroken = false;
     dots?.moveTo(left + radius, height);
     dots?.arc(left, height, radius, 0, 2 * Math.PI);

@@ -1,5 +1,6 @@
 /** Lines: the numbers of fields over time, one ring for each field that some plot shows. */
 
+import { signal } from "@preact/signals";
 import { addressText, parseAddress, valueAt, type Address } from "../messages/paths";
 import type { Received, Receiver } from "../messages/receiver";
 import { Ring, type Points } from "../messages/ring";
@@ -20,6 +21,7 @@ export interface Seconds {
 export class Line {
   readonly ring = new Ring(MOST_POINTS, KEPT_S);
   #held: Points | undefined;
+  #recorded: Points | undefined;
   #unit: string | undefined;
   #fault: string | undefined;
 
@@ -39,9 +41,14 @@ export class Line {
     return this.#fault;
   }
 
-  /** The points to draw: those of now, or where the lines are held, those of then. */
+  /** The points to draw: those of the whole recording, those of now, or where the lines are held, those of then. */
   get points(): Points {
-    return this.#held ?? this.ring.points;
+    return this.#recorded ?? this.#held ?? this.ring.points;
+  }
+
+  /** Draws these points instead of what has come; undefined ends that. */
+  showRecorded(points: Points | undefined): void {
+    this.#recorded = points;
   }
 
   /** Adds the number of a message; returns whether time has jumped back. */
@@ -107,6 +114,14 @@ export class Lines {
     known.end();
   }
 
+  /** The open lines. */
+  get opened(): readonly Line[] {
+    return [...this.#open.values()].map(({ line }) => line);
+  }
+
+  /** Number that grows with each line that is opened. */
+  readonly openings = signal(0);
+
   /** The newest moment of any line. */
   get newestS(): number | undefined {
     let newest: number | undefined;
@@ -151,6 +166,7 @@ export class Lines {
     if (this.#isHeld) line.hold();
     const open = { line, end, uses: 0 };
     this.#open.set(key, open);
+    this.openings.value += 1;
     return open;
   }
 

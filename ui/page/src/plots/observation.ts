@@ -6,6 +6,9 @@ import type { Session } from "../store/session";
 import { Frames } from "./frames";
 import { Lines } from "./lines";
 import { Timeline } from "./timeline";
+import { WholeRecording, type AskOverview } from "./whole_recording";
+
+const OVERVIEW_MS = 60_000; // a large recording is read for seconds
 
 export class Observation {
   readonly timeline = new Timeline();
@@ -13,9 +16,14 @@ export class Observation {
   readonly receiver: Receiver;
   readonly lines: Lines;
 
-  constructor(session: Pick<Session, "topics" | "isOpen">) {
+  constructor(session: Pick<Session, "topics" | "isOpen"> & Partial<Pick<Session, "questions">>) {
     this.receiver = new Receiver(session.topics);
     this.lines = new Lines(this.receiver, this.timeline, () => this.frames.request());
+    const { questions } = session;
+    if (questions !== undefined) {
+      const ask: AskOverview = (request) => questions.ask("overview", request, OVERVIEW_MS);
+      new WholeRecording(ask, this.timeline, this.lines, this.frames); // an effect keeps it
+    }
     effect(() => {
       if (!session.isOpen.value) this.lines.breakAll();
     });

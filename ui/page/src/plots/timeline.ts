@@ -21,6 +21,8 @@ export class Timeline {
   readonly pausedS = signal<number | undefined>(undefined);
   /** Stretch that a person has chosen; undefined while the plots show the newest. */
   readonly zoom = signal<Stretch | undefined>(undefined);
+  /** The whole of a recording, while the plots show it; undefined while they show what has come. */
+  readonly whole = signal<Stretch | undefined>(undefined);
   readonly cursors = signal<Cursors>([undefined, undefined]);
   readonly isPaused = computed(() => this.pausedS.value !== undefined);
 
@@ -38,7 +40,7 @@ export class Timeline {
   /** Returns what the plots show when the newest point is at `newestS`. */
   stretch(newestS: number): Stretch {
     const to = this.pausedS.peek() ?? newestS;
-    return this.zoom.peek() ?? { from: to - this.spanS.peek(), to };
+    return this.zoom.peek() ?? this.whole.peek() ?? { from: to - this.spanS.peek(), to };
   }
 
   /** Shows a stretch of time; one of no length shows the newest again. */

@@ -11,10 +11,14 @@ import { useOpened, useThemeChange, type Opened } from "../../plots/hooks";
 import type { Line } from "../../plots/lines";
 import { observationOf, type Observation } from "../../plots/observation";
 import { linesOf, withLine, withoutLine } from "../../plots/settings";
-import { SPANS_S } from "../../plots/timeline";
+import { SPANS_S, type Stretch, type Timeline } from "../../plots/timeline";
+import type { RecordingTime } from "../../connection/answers";
+import type { Session } from "../../store/session";
 import type { PanelProps } from "../panel";
 import { Legend } from "./legend";
 import "./plot.css";
+
+const WHOLE = "whole";
 
 export function Plot({ session, settings, onSettings }: PanelProps) {
   const observation = observationOf(session);
@@ -27,7 +31,7 @@ export function Plot({ session, settings, onSettings }: PanelProps) {
     <DropTarget onField={add}>
       <div class="toolbar">
         <FieldInput session={session} onField={add} />
-        <PlotTools observation={observation} opened={opened} chart={chart} />
+        <PlotTools session={session} observation={observation} opened={opened} chart={chart} />
       </div>
       <div class="plot-drawing">
         <Drawing host={host} chart={chart} observation={observation} opened={opened} />
@@ -139,13 +143,15 @@ function useChart(
 }
 
 interface ToolsProps {
+  readonly session: Session;
   readonly observation: Observation;
   readonly opened: readonly Opened[];
   readonly chart: RefObject<Chart | null>;
 }
 
-function PlotTools({ observation, opened, chart }: ToolsProps) {
+function PlotTools({ session, observation, opened, chart }: ToolsProps) {
   const { timeline } = observation;
+  const time = session.source.value === "recording" ? session.time.value : null;
   const isPaused = timeline.isPaused.value;
   const saveCsv = (): void => {
     const columns = openLines(opened).map(({ text, unit, points }) => ({ name: text, unit, points }));
@@ -159,12 +165,14 @@ function PlotTools({ observation, opened, chart }: ToolsProps) {
   return (
     <>
       <label class="small quiet span-choice">
-        Last{" "}
+        {timeline.whole.value === undefined ? "Last" : "Shown"}{" "}
         <select
-          value={timeline.spanS.value}
+          value={timeline.whole.value === undefined ? timeline.spanS.value : WHOLE}
           onChange={(event) => {
-            timeline.spanS.value = Number(event.currentTarget.value);
+            const { value } = event.currentTarget;
             timeline.show(undefined);
+            timeline.whole.value = value === WHOLE && time !== null ? wholeOf(time, timeline) : undefined;
+            if (value !== WHOLE) timeline.spanS.value = Number(value);
             observation.frames.request();
           }}
         >
@@ -173,6 +181,7 @@ function PlotTools({ observation, opened, chart }: ToolsProps) {
               {each} s
             </option>
           ))}
+          {time !== null && <option value={WHOLE}>whole recording</option>}
         </select>
       </label>
       <button type="button" class="button" aria-pressed={isPaused} onClick={() => observation.toggle()}>
@@ -186,6 +195,12 @@ function PlotTools({ observation, opened, chart }: ToolsProps) {
       </button>
     </>
   );
+}
+
+/** Returns the stretch of a whole recording; one of a single moment has a second. */
+function wholeOf({ start_ns: startNs, end_ns: endNs }: RecordingTime, timeline: Timeline): Stretch {
+  const from = timeline.secondsOf(BigInt(startNs));
+  return { from, to: Math.max(from + 1e-3, timeline.secondsOf(BigInt(endNs))) };
 }
 
 function save(blob: Blob, name: string): void {

@@ -1,0 +1,121 @@
+"""What the page of `busflow ui` does in a browser: frames of a plot, and how soon a graph, a hang and an end are seen.
+
+    python benchmarks/ui_browser.py [--frames 300]
+
+It needs Chromium, playwright (`pip install './ui[test]'`), and `npm ci` in ui/page. Linux: it reads /proc.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from playwright.sync_api import sync_playwright
+
+from benchmarks.ui import TICK_S, started
+
+PAGE = Path(__file__).parents[1] / "ui/page"
+OPTIONS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
+
+
+def children_of(process: int) -> list[int]:
+    """Return a process and all below it."""
+    found = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    return [process, *(each for child in found for each in children_of(int(child)))]
+
+
+def cpu_s(process: int) -> float:
+    """Processor time that a process and those below it have used so far."""
+    total = 0
+    for each in children_of(process):
+        fields = Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split()
+        total += int(fields[11]) + int(fields[12])
+    return total * TICK_S
+
+
+def print_frames(browser: Any, folder: Path, frames: int) -> None:
+    """Print the frames of 20 lines of 10,000 points that move, and what each costs."""
+    command = ["npx", "esbuild", "src/plots/measured_chart.ts", "--bundle", "--minify", f"--outfile={folder}/chart.js"]
+    jsx = ["--jsx=automatic", "--jsx-import-source=preact"]
+    subprocess.run([*command, *jsx], cwd=PAGE, check=True, capture_output=True)  # noqa: S603  # a command of ours
+    (folder / "chart.html").write_text('<link rel="stylesheet" href="chart.css"><body><script src="chart.js"></script>')
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(f"file://{folder}/chart.html")
+    page.evaluate("measure(20)")
+    before = cpu_s(os.getpid())  # the browser is below us
+    found = page.evaluate("frames => measure(frames)", frames)
+    cpu_ms = (cpu_s(os.getpid()) - before) / frames * 1000
+    page.close()
+    print(f"20 lines of 10,000 points: {found['framesPerSecond']:.0f} frames a second (aim: 60)")
+    print(f"  {found['drawnMs']:.1f} ms of each in the page, {cpu_ms:.1f} ms of processor time in all of the browser")
+
+
+def timed_ms(page: Any, selector: str, begin: Any) -> float:
+    """Return the time from an act until something is seen."""
+    begun = perf_counter()
+    begin()
+    page.wait_for_selector(selector)
+    return (perf_counter() - begun) * 1000
+
+
+def print_delays(browser: Any, folder: Path) -> None:
+    """Print how soon the graph appears, a run that hangs is reported, and one that was killed."""
+    root = Path(__file__).parents[1]
+    (folder / "runs").mkdir(mode=0o700)
+    with started(folder, "run", str(root / "configs/lab1.yaml")) as run:
+        wait_for_run(folder)
+        with started(folder, "ui", "--port", "0") as ui:
+            found = re.search(r"http://\S+", ui.stdout.readline() if ui.stdout else "")
+            if found is None:
+                sys.exit("busflow ui does not start: is the page built?")
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
+            vertex = '[data-vertex="node /sensor_publisher"]'
+            timed_ms(page, vertex, lambda: page.goto(found[0]))  # its files are in the browser's cache after that
+            again = browser.new_page(viewport={"width": 1280, "height": 800})
+            graph_ms = timed_ms(again, vertex, lambda: again.goto(found[0]))
+            hang_ms = timed_ms(page, ".banner:has-text('has not answered')", lambda: run.send_signal(signal.SIGSTOP))
+            run.send_signal(signal.SIGCONT)
+            page.wait_for_selector(".banner:has-text('has not answered')", state="detached")
+            end_ms = timed_ms(page, ".banner:has-text('has ended')", run.kill)
+            page.close()
+            again.close()
+    print(f"the graph appears after {graph_ms:.0f} ms (aim: 500)")
+    print(f"a run that hangs is shown after {hang_ms:.0f} ms, one that was killed after {end_ms:.0f} ms (aim: 1000)")
+
+
+def wait_for_run(folder: Path) -> None:
+    """Wait until the run is found."""
+    environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(folder / "runs")}
+    for _ in range(100):
+        command = [sys.executable, "-m", "busflow", "node", "list"]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603  # as above
+        if "sensor_publisher" in done.stdout:
+            return
+    sys.exit("the run does not start")
+
+
+def main(frames: int) -> None:
+    """Print all of it."""
+    path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if path is None:
+        sys.exit("there is no Chromium on this machine: apt-get install chromium")
+    with tempfile.TemporaryDirectory(prefix="bf") as folder, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=OPTIONS)
+        print_frames(browser, Path(folder), frames)
+        print_delays(browser, Path(folder))
+        browser.close()
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=300)
+    main(parser.parse_args().frames)
