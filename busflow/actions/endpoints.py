@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from uuid import UUID
 
     from busflow.actions.goal import RunningGoal
-    from busflow.actions.line import Line
+    from busflow.actions.open_goals import OpenGoals
     from busflow.bus.endpoint import ServiceEndpoint
     from busflow.bus.services.call import Activity, Call
     from busflow.bus.services.server import RequestHandler
@@ -37,11 +37,15 @@ class GoalServer(Server[Any, Any]):
     __slots__ = ("ends", "line")
 
     def __init__(
-        self, service_type: type[ServiceType], endpoint: ServiceEndpoint, handler: RequestHandler[Any, Any], line: Line
+        self,
+        service_type: type[ServiceType],
+        endpoint: ServiceEndpoint,
+        handler: RequestHandler[Any, Any],
+        line: OpenGoals,
     ) -> None:
         """Create the server of an action whose goals stand in a line."""
         super().__init__(service_type, endpoint, handler)
-        self.line: Line = line
+        self.line: OpenGoals = line
         self.ends: Counter[str | GoalState] = Counter()
         """The number of goals by how they ended."""
 
@@ -96,11 +100,13 @@ class ResultServer(Server[Any, Any]):
 
     __slots__ = ("_goals", "_line")
 
-    def __init__(self, service_type: type[ServiceType], endpoint: ServiceEndpoint, goals: Goals, line: Line) -> None:
+    def __init__(
+        self, service_type: type[ServiceType], endpoint: ServiceEndpoint, goals: Goals, line: OpenGoals
+    ) -> None:
         """Create the server of the results of these goals, which stand in a line."""
         super().__init__(service_type, endpoint, _answered_otherwise)
         self._goals: Goals = goals
-        self._line: Line = line
+        self._line: OpenGoals = line
 
     def accept(self, call: Call[Any, Any]) -> None:
         """Take a call: it is answered now if its goal has ended, or is unknown."""

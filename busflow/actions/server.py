@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from busflow.actions.endpoints import REJECTED, GoalServer, ResultServer
 from busflow.actions.goal import GoalState, RunningGoal
 from busflow.actions.identifiers import from_message
-from busflow.actions.line import Line, WhenBusy
+from busflow.actions.open_goals import OpenGoals, WhenBusy
 from busflow.actions.results import Results
 from busflow.bus.expiry import NS_PER_S
 from busflow.bus.failure import is_failure
@@ -77,7 +77,7 @@ class ActionServer(Generic[A]):
     ) -> None:
         """Create a server; its endpoints are created after it, with its methods as handlers, and set."""
         self.ends: ServerEnds
-        self.line = Line(options.when_busy, options.at_most)
+        self.line = OpenGoals(options.when_busy, options.at_most)
         """The goals that have not ended."""
         self._type, self._types, self._options = action_type, types, options
         self._handler, self._accepts = handler, accepts

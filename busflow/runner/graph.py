@@ -68,6 +68,7 @@ class Graph:
     grace_s: float
     watchdog: Watchdog | None
     _host_called = False
+    _host_cancelling = 0
     _duration_s: float | None = None
     _asked_early: ExitCode | None = None
 
@@ -114,7 +115,6 @@ class Graph:
         self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
         self._main: asyncio.Task[None] | None = None
         self._host: asyncio.Task[Any] | None = None
-        self._host_cancelling = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self.ending: asyncio.Event = asyncio.Event()
         """Set once the graph is to end, for whatever reason; used by busflow itself."""

@@ -1,6 +1,6 @@
 """What a class says of actions is checked when it is created, and their accounts reach the report.
 
-Tests of `accounts.py`, `declarations.py`, `endpoints.py`, `goal.py`, `identifiers.py`, `line.py`, `names.py`,
+Tests of `accounts.py`, `declarations.py`, `endpoints.py`, `goal.py`, `identifiers.py`, `names.py`, `open_goals.py`,
 `results.py` and `statistics.py`; see the servers and clients beside it for the rest.
 """
 

@@ -1,4 +1,4 @@
-"""Line: the goals that a server runs and those that wait, and what it does with one more."""
+"""OpenGoals: the goals that a server runs and those that wait, and what it does with one more."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class WhenBusy(StrEnum):
     PARALLEL = "parallel"
 
 
-class Line:
+class OpenGoals:
     """The goals of one server that have not ended."""
 
     def __init__(self, when_busy: WhenBusy, at_most: int) -> None:
