@@ -11,8 +11,8 @@ from busflow.actions.client import ActionClient, ClientEnds
 from busflow.actions.endpoints import GoalClient, GoalServer, ResultServer
 from busflow.actions.goal import F, G, Parts, R, RunningGoal
 from busflow.actions.identifiers import Identifiers
-from busflow.actions.open_goals import AT_MOST, WhenBusy
 from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS
+from busflow.actions.open_goals import AT_MOST, WhenBusy
 from busflow.actions.server import CANCEL_WITHIN_S, ActionServer, ServerEnds, ServerOptions
 from busflow.bus.qos import ACTION_STATUS_DEFAULT, QoS
 from busflow.bus.services.server import DEPTH
