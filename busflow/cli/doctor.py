@@ -272,7 +272,8 @@ def _surroundings(folders: list[Folder]) -> Mapping[str, Any]:
         {"path": str(each.path), "exists": each.exists, "safe": not each.fault, "removed": list(each.remains)}
         for each in folders
     ]
-    return {"versions": _versions(), "folders": rows}
+    system = f"{platform.system()} {platform.release()} {platform.machine()}"
+    return {"versions": _versions(), "system": system, "folders": rows}
 
 
 def _run_json(each: _Examined) -> dict[str, Any]:
