@@ -80,10 +80,10 @@ class BookStage:
         self.complaints: list[str] = []
         self.page: Any = None
 
-    def start(self) -> None:
+    def start(self, *options: str) -> None:
         if self.run is not None:
             self.run.stop()
-        self.run = self.place.run(self.folder, "textbook.yaml")
+        self.run = self.place.run(self.folder, "textbook.yaml", *options)
         self.run.wait_for("All sensors operational")
 
     def opened(self, address: str) -> Any:
@@ -371,9 +371,16 @@ def test_a_killed_assistant_comes_back(stage: BookStage):
     stage.run.process.kill()
     page.wait_for_selector(".assistant-state:has-text('busflow run configs/textbook.yaml')")
     page.wait_for_selector(".live-plot:not(.is-live)")
-    stage.start()
-    page.wait_for_selector(".assistant-state:has-text('Nothing leaves')")
-    assert "7 Hz" in ask(page, "How often does the odd node publish?").inner_text()
+    count = page.locator(".exchange").count()
+    page.get_by_label("Question", exact=True).fill("How often does the odd node publish?")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("text=Your question is asked as soon as an assistant answers")
+    endpoint = "nodes.assistant.parameters.endpoint"  # at a port where nothing listens
+    stage.start("--set", f"{endpoint}.url=http://127.0.0.1:9/v1", "--set", f"{endpoint}.model=tiny")
+    exchange = page.locator(".exchange").nth(count)
+    exchange.locator(".exchange-meta").wait_for()
+    assert "Questions go to 127.0.0.1" in page.locator(".assistant-state").inner_text()
+    assert "7 Hz" in exchange.inner_text(), "the quotes, without the model"
     page.wait_for_selector(".live-plot .live-panel", state="attached")
 
 

@@ -76,12 +76,17 @@ function QuestionForm({ session, talk, about, onWholePage }: FormProps) {
   const question = useSignal("");
   const mayAsk = session.isOpen.value && session.assistant.value?.running === true;
   const isWaiting = talk.exchanges.value.some(({ phase }) => phase === "waiting");
+  const isWanted = useSignal(false); // asked before something answers
   const ask = () => {
     const text = question.value.trim();
+    isWanted.value = text !== "" && !mayAsk;
     if (text === "" || !mayAsk || isWaiting) return;
     question.value = "";
     void talk.ask(session.questions, text, about);
   };
+  useEffect(() => {
+    if (mayAsk && isWanted.value) ask();
+  }, [mayAsk]);
   const onKeyDown = (event: TargetedKeyboardEvent<HTMLTextAreaElement>) => {
     if (event.key !== "Enter" || event.shiftKey || event.isComposing) return;
     event.preventDefault();
@@ -102,9 +107,13 @@ function QuestionForm({ session, talk, about, onWholePage }: FormProps) {
         aria-label="Question"
         placeholder="Ask about the text"
         value={question.value}
-        onInput={(event) => (question.value = event.currentTarget.value)}
+        onInput={(event) => {
+          question.value = event.currentTarget.value;
+          isWanted.value = false;
+        }}
         onKeyDown={onKeyDown}
       />
+      {isWanted.value && <p class="assistant-about">Your question is asked as soon as an assistant answers.</p>}
       <button type="submit" class="button primary" disabled={!mayAsk || isWaiting}>
         Ask
       </button>
