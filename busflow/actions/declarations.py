@@ -114,6 +114,7 @@ class ActionDeclaration(ComposedDeclaration[ActionServer[A]], Generic[A]):
                 GoalStatusArray, name + STATUS, ACTION_STATUS_DEFAULT, origin=origin, line=line
             ),
         )
+        server.ends.goals.forget = server.cancel_all_of
         runtime.endpoints.add(server.ends.results)
         runtime.endpoints.add(server.ends.goals)
         return server

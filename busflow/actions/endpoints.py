@@ -14,7 +14,7 @@ from busflow.bus.services.server import Server
 from busflow.errors import ServiceGone
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Callable, Collection
     from uuid import UUID
 
     from busflow.actions.goal import RunningGoal
@@ -34,7 +34,7 @@ LOST = "lost"
 class GoalServer(Server[Any, Any]):
     """The server of `send_goal`, whose account is the action's."""
 
-    __slots__ = ("ends", "line")
+    __slots__ = ("ends", "forget", "line")
 
     def __init__(
         self,
@@ -48,6 +48,8 @@ class GoalServer(Server[Any, Any]):
         self.line: OpenGoals = line
         self.ends: Counter[str | GoalState] = Counter()
         """The number of goals by how they ended."""
+        self.forget: Callable[[str], None] = lambda _client: None
+        """Called with the name of a client that has gone."""
 
     @property
     def caller(self) -> str:

@@ -395,11 +395,11 @@ class Graph:
         Raises:
             NoSuchTarget: the topic is unknown, and its name like that of another; `advertise` creates it all the same.
         """
-        self._around().publish(topic, message)
+        self.outside().publish(topic, message)
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
         """Create a publisher outside of nodes, for what `publish` cannot do: `send`, or a QoS of one's own."""
-        return self._around().advertise(message_type, topic, qos=qos)
+        return self.outside().advertise(message_type, topic, qos=qos)
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
         """Subscribe from outside of nodes: `async for message in graph.subscribe(Float64, "balance_state")`.
@@ -407,7 +407,7 @@ class Graph:
         Raises:
             NoSuchTarget: as `publish`.
         """
-        return self._around().subscribe(message_type, topic, qos=qos)
+        return self.outside().subscribe(message_type, topic, qos=qos)
 
     async def call(
         self,
@@ -422,7 +422,7 @@ class Graph:
         Raises:
             ServiceError: there is no answer, as `Client.call` says.
         """
-        return await self._around().client(service_type, service).call(request, timeout=timeout)
+        return await self.outside().client(service_type, service).call(request, timeout=timeout)
 
     def set_parameters(
         self, which: Node | type[Node] | str, changes: Mapping[str, object] | None = None, /, **values: object
@@ -484,7 +484,8 @@ class Graph:
                 return found
         raise NoSuchTarget(f"{self.name} keeps no last moments: write record: {{snapshot: 60s}} in its launch file")
 
-    def _around(self) -> Outside:
+    def outside(self) -> Outside:
+        """Return what the program around the graph has on its bus."""
         if self._main is None:
             raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
         if self._duration_s is not None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any, TypeVar, cast
 
+from busflow.actions.client import ActionClient
+from busflow.actions.declarations import action_client, create_client
+from busflow.actions.goal import F, G, Parts, R
 from busflow.bus.bus import Bus
 from busflow.bus.names import expand
 from busflow.bus.publisher import Publisher
@@ -34,6 +37,7 @@ class Outside:
         self._surroundings = surroundings
         self._runtime: NodeRuntime | None = None
         self._publishers: dict[str, Publisher[Any]] = {}
+        self._action_clients: dict[str, ActionClient[Any]] = {}
         self._clients: dict[str, Client[Any, Any]] = {}
 
     def publish(self, topic: str, message: Message) -> None:
@@ -84,6 +88,19 @@ class Outside:
         wanted = cast("Any", service_type)
         if client.type is not wanted:
             raise IncompatibleType(f"{client.service} is a {type_name(client.type)}, not a {type_name(wanted)}")
+        return client
+
+    def action_client(self, action_type: type[Parts[G, R, F]], action: str) -> ActionClient[Parts[G, R, F]]:
+        """The program's client of an action."""
+        client = self._action_clients.get(action)
+        if client is None:
+            declared = action_client(action_type, action)
+            declared.owner, declared.name = "Graph", "outside"
+            client = self._action_clients[action] = create_client(declared, self._own())
+            client.ends.feedback.open()  # the program has no start to wait for
+        wanted = cast("Any", action_type)
+        if client.type is not wanted:
+            raise IncompatibleType(f"{client.action} is a {client.type.__ros_name__}, not a {wanted.__ros_name__}")
         return client
 
     def close(self) -> None:

@@ -9,12 +9,14 @@ from __future__ import annotations
 import asyncio
 import os
 from collections import Counter, defaultdict, deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Never, Self, TypeVar, cast, overload
 
+from busflow.actions.client import ActionClient
+from busflow.actions.goal import F, G, Parts, R
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
 from busflow.bus.services.call import Pair, Req, Res
@@ -307,6 +309,26 @@ class Harness:
             ServiceError: There is no answer, as `Client.call` says.
         """
         return await self.graph.call(service_type, service, request, timeout=timeout)
+
+    async def run_action(
+        self,
+        action_type: type[Parts[G, R, F]],
+        action: str,
+        goal: G,
+        *,
+        timeout: float | None = None,  # noqa: ASYNC109  # of virtual seconds
+        on_feedback: Callable[[F], object] | None = None,
+    ) -> R:
+        """Send a goal from outside, and return its result; the timeout is in virtual seconds.
+
+        Raises:
+            ActionError: The goal did not succeed, as `ActionClient.run` says.
+        """
+        return await self.action_client(action_type, action).run(goal, timeout=timeout, on_feedback=on_feedback)
+
+    def action_client(self, action_type: type[Parts[G, R, F]], action: str) -> ActionClient[Parts[G, R, F]]:
+        """Return a client of an action of the test's own, to follow and cancel its goals."""
+        return self.graph.outside().action_client(action_type, action)
 
     # The harm it does.
 

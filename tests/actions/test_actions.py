@@ -10,9 +10,9 @@ import re
 import pytest
 
 import busflow
-from busflow import ActionServer, Node, RunningGoal, action, action_client
+from busflow import ActionServer, ActionType, GoalTimeout, Message, Node, RunningGoal, action, action_client
 from busflow.bus.qos import Durability, Reliability
-from busflow.errors import InvalidDeclaration, LaunchError
+from busflow.errors import IncompatibleType, InvalidDeclaration, LaunchError
 from busflow.msgs.std_srvs import Trigger
 from busflow.testing import harness, virtual_time
 from tests.actions.conftest import Arm, Boss, MoveTo
@@ -134,6 +134,43 @@ async def test_node_has_its_server():
     async with harness(Arm) as lab:
         assert isinstance(lab.node(Arm).move, ActionServer)
         assert lab.node(Arm).move.action == "/arm/move"
+
+
+@virtual_time
+async def test_harness_sends_goals_from_outside():
+    async with harness(Arm) as lab:
+        left = []
+        goal = MoveTo.Goal(angle=3)
+        result = await lab.run_action(MoveTo, "arm/move", goal, on_feedback=lambda each: left.append(each.left))
+        assert (result.angle, left, lab.clock.seconds()) == (3, [2, 1, 0], 3)
+        with pytest.raises(GoalTimeout):
+            await lab.run_action(MoveTo, "arm/move", MoveTo.Goal(angle=9), timeout=2)
+        async with lab.action_client(MoveTo, "arm/move").send(MoveTo.Goal(angle=9)) as going:
+            await lab.advance(1)
+            await going.cancel()
+        with pytest.raises(IncompatibleType, match="is a my_robot/action/MoveTo, not a my_robot/action/Other"):
+            lab.action_client(Other, "arm/move")
+
+
+class Other(ActionType, package="my_robot"):
+    """Another action."""
+
+    class Goal(Message):
+        """Nothing."""
+
+    class Result(Message):
+        """Nothing."""
+
+    class Feedback(Message):
+        """Nothing."""
+
+
+@virtual_time
+async def test_hour_of_goals_takes_no_time():
+    async with harness(Arm) as lab:
+        for _ in range(20):
+            await lab.run_action(MoveTo, "arm/move", MoveTo.Goal(angle=180))
+        assert lab.clock.seconds() == 3600
 
 
 @virtual_time

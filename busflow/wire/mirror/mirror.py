@@ -302,6 +302,8 @@ class Mirror:
     def _handle(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is TokenKind.SERVICE:
             self._services.on_token(text, token, alive=alive)
+        elif token.kind is TokenKind.CLIENT and not alive:
+            self._services.client_gone(token)
         elif token.kind is TokenKind.SUBSCRIPTION and token.topic == PARAMETER_EVENTS:
             self._announce_parameters()
         elif token.kind is TokenKind.SUBSCRIPTION and token.topic.endswith(SUFFIX):

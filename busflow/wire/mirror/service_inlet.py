@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
+from busflow.actions.names import action_of
 from busflow.bus.services.call import Activity, Call
 from busflow.bus.services.service import Service
 from busflow.errors import MalformedMessage, ServiceFailed, ServiceGone, ServiceUnavailable
-from busflow.wire.zenoh.keys import PATIENCE, Attachment, Token
+from busflow.text import printable
+from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, PATIENCE, REMARKS, Attachment, Token
 from busflow.wire.zenoh.refusal import service_refusal
 
 if TYPE_CHECKING:
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
 _WAITING = 1000
 """Limit of the calls that wait for one remote server."""
+_MOST_REMARK = 400
+"""Characters of a remark that are kept."""
 _FOREVER_S = 10 * 365 * 86_400
 """Zenoh's time limit of a query, which it requires; a call has its own limit."""
 
@@ -95,7 +99,7 @@ class RemoteServer:
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                self._on_loop(self._succeed, call, reply.ok.payload.to_bytes())
+                self._on_loop(self._succeed, call, reply.ok.payload.to_bytes(), _remark(reply.ok))
             elif reply.err is not None:
                 self._on_loop(self._fail, call, reply.err.payload.to_bytes())
 
@@ -104,7 +108,7 @@ class RemoteServer:
 
         with suppress(zenoh.ZError):  # the session is closed: the run ends
             self._session.get(
-                self._key if call.limit_s is None else f"{self._key}?{PATIENCE}={call.limit_s}",
+                self._key + self._parameters(call),
                 zenoh.handlers.Callback(on_reply, drop=end, indirect=False),
                 payload=payload,
                 attachment=attachment,
@@ -114,9 +118,15 @@ class RemoteServer:
                 cancellation_token=token,
             )
 
-    def _succeed(self, call: Call[Any, Any], payload: bytes) -> None:
+    def _parameters(self, call: Call[Any, Any]) -> str:
+        stated = [] if call.limit_s is None else [f"{PATIENCE}={call.limit_s}"]
+        stated += [f"{REMARKS}=1"] if action_of(self._service.name) else []
+        return f"?{';'.join(stated)}" if stated else ""
+
+    def _succeed(self, call: Call[Any, Any], payload: bytes, remark: str) -> None:
         if self._waiting.pop(call, None) is None:
             return
+        call.remark = remark
         try:
             call.succeed(self._response.decode(payload))
         except MalformedMessage as error:
@@ -125,3 +135,9 @@ class RemoteServer:
     def _fail(self, call: Call[Any, Any], reply: bytes) -> None:
         if self._waiting.pop(call, None) is not None:
             call.fail(service_refusal(self._service.name, self.node, reply))
+
+
+def _remark(sample: zenoh.Sample) -> str:
+    """Return the text behind the attachment of an answer, which only busflow's servers of actions write."""
+    attachment = b"" if sample.attachment is None else sample.attachment.to_bytes()
+    return printable(attachment[ATTACHMENT_BYTES:].decode(errors="replace"), limit=_MOST_REMARK)

@@ -69,22 +69,28 @@ class ServiceOutlet:
     async def _serve(self, query: zenoh.Query) -> None:
         try:
             request = self._request.decode(query.payload.to_bytes() if query.payload is not None else b"")
-            payload = self._response.encode(await self._in_time(request, _timeout_s(query)))
+            response, remark = await self._in_time(query, request)
+            payload = self._response.encode(response)
         except BusflowError as error:
             self._refuse(query, error)
         else:
-            attachment = None if query.attachment is None else query.attachment.to_bytes()
+            attachment = None if query.attachment is None else query.attachment.to_bytes() + remark.encode()
             self._sender.hand(partial(_reply, query, payload, attachment))
 
-    async def _in_time(self, request: Message, timeout_s: float | None) -> Message:
-        """Return the answer; if the client's time limit passes first, withdraw the request if it still waits.
+    async def _ask(self, query: zenoh.Query, request: Message) -> tuple[Message, str]:  # noqa: ARG002  # for subclasses
+        """Return the answer, and a remark that only busflow's clients can read."""
+        return await self._answer(request), ""
+
+    async def _in_time(self, query: zenoh.Query, request: Message) -> tuple[Message, str]:
+        """Return the answer. If the client's time limit passes first, a request that still waits is withdrawn.
 
         Raises:
             ServiceError: there is no answer, or none in time.
         """
+        timeout_s = _timeout_s(query)
         try:
             async with asyncio.timeout(timeout_s):
-                return await self._answer(request)
+                return await self._ask(query, request)
         except TimeoutError as error:
             if isinstance(error, BusflowError):
                 raise

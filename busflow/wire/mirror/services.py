@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
+from busflow.actions.names import action_of
 from busflow.bus.services.client import Client
 from busflow.bus.services.server import Server
 from busflow.errors import BusflowError
 from busflow.interfaces.message import ServiceType
 from busflow.node.parameter_store import ParameterStore
+from busflow.wire.mirror.goal_outlet import GoalOutlet, forget_client
 from busflow.wire.mirror.service_inlet import RemoteServer
 from busflow.wire.mirror.service_outlet import ServiceOutlet
 from busflow.wire.queries.logger_services import LoggerServices
@@ -23,6 +25,7 @@ from busflow.wire.queries.parameter_services import ParameterServices
 from busflow.wire.zenoh.keys import Token, TokenKind, topic_key
 
 if TYPE_CHECKING:
+    from busflow.bus.services.service import Service
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.interfaces.message import Message
     from busflow.log import Log
@@ -62,7 +65,7 @@ class ServiceMirror:
         self._shown[end] = [self._session.liveliness().declare_token(str(token))]
         service = self._bus.services[name]
         if isinstance(end, Server):
-            self._outlets[end] = [self._outlet(name, end.type, partial(service.call, caller=CALLER))]
+            self._outlets[end] = [self._outlet_of(service)]
             return
         self._gids[name] = token.gid
         for remote in [each for each in self._remote.values() if each.topic == name]:
@@ -125,6 +128,17 @@ class ServiceMirror:
             self._servers[str(token)] = RemoteServer(service, token, key, self._connection, gid=gid)
         except BusflowError as error:
             self._log.warning(f"{token.node_name} in another process is not called for {service.name}: {error}")
+
+    def client_gone(self, token: Token) -> None:
+        """Handle the end of another process's client."""
+        service = self._bus.services.get(token.topic)
+        if service is not None:
+            forget_client(service, token.gid)
+
+    def _outlet_of(self, service: Service[Any, Any]) -> ServiceOutlet:
+        if action_of(service.name) is None:
+            return self._outlet(service.name, service.type, partial(service.call, caller=CALLER))
+        return GoalOutlet(service, self._key(service.name, service.type), self._connection, caller=CALLER)
 
     def _outlet(
         self, name: str, service_type: type[ServiceType], answer: Callable[[Any], Awaitable[Message]]

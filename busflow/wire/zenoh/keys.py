@@ -26,10 +26,13 @@ READ_ONLY_QUERIES = (
 """Queries that do not change the run; a client with read access may send them."""
 PATIENCE = "timeout"
 """Query parameter: how many seconds the caller waits for a service's answer."""
+REMARKS = "remarks"
+"""Query parameter of busflow's clients of actions: they read a text behind the attachment of an answer."""
 _GID_BYTES = 16
 _ATTACHMENT = struct.Struct(f"<qqB{_GID_BYTES}s")
 SEQUENCE = struct.Struct("<q")
 """The first field of an attachment."""
+ATTACHMENT_BYTES = _ATTACHMENT.size
 GID_AT = 17
 """Offset of the gid in an attachment; the gid is its last field."""
 _NO_HASH = "RIHS01_" + "0" * 64

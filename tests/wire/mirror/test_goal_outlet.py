@@ -1,0 +1,156 @@
+"""A node sends goals to a node of another process as to one of its own, and a lost client leaves no goal behind."""
+
+import asyncio
+import os
+import time
+
+import pytest
+import zenoh
+
+from busflow import ActionGone, GoalAborted, GoalCanceled, GoalRejected, launch
+from busflow.interfaces.action import derived_types
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.msgs.unique_identifier_msgs import UUID
+from busflow.runner.extension import Extension
+from busflow.wire.client.client import join
+from busflow.wire.mirror.mirror import Mirror
+from busflow.wire.zenoh.keys import Attachment, topic_key
+from busflow.wire.zenoh.run_directory import RunCard, find_run
+from busflow.wire.zenoh.session import open_session
+from tests.actions.conftest import Boss, MoveTo
+
+PATIENCE_S = 60.0
+
+SERVER = """
+class MoveTo(ActionType, package="my_robot"):
+    class Goal(Message):
+        angle: float = 0.0
+
+    class Result(Message):
+        angle: float = 0.0
+
+    class Feedback(Message):
+        left: float = 0.0
+
+
+class Arm(Node):
+    async def run(self):
+        self.log.info("ready")
+
+    @action(MoveTo, "~/move", when_busy="parallel")
+    async def move(self, goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+        at = 0
+        if goal.request.angle < 0:
+            raise ValueError("no way back")
+        try:
+            while at < goal.request.angle:
+                await self.clock.sleep(0.01)
+                at += 1
+                goal.feedback(MoveTo.Feedback(left=goal.request.angle - at))
+        except asyncio.CancelledError:
+            self.log.info("stopped", goal=str(goal.id), why=goal.reason)
+            return MoveTo.Result(angle=-1)
+        return MoveTo.Result(angle=at)
+
+    @move.accepts
+    def reachable(self, request: MoveTo.Goal) -> bool | str:
+        return request.angle <= 100_000 or "out of reach"
+"""
+FOR_EVER = 90_000.0
+
+
+class Shown(Extension):
+    """A graph that shows itself to the run from when it starts."""
+
+    def __init__(self, mirror):
+        self.begin = mirror.begin
+
+
+@pytest.fixture
+def arm(robots):
+    return robots(SERVER, "arm").ready()
+
+
+def talk(conversation):
+    """Run `conversation(boss, close)` in a graph of this process that is part of the run; `close` ends its session."""
+
+    async def main():
+        graph = launch(Boss)
+        session = open_session(find_run().directory, listen="second.sock")
+        mirror = Mirror(graph, session, RunCard("second", os.getpid(), time.time_ns()), "second", {})
+        graph.attach(Shown(mirror))
+        try:
+            async with asyncio.timeout(PATIENCE_S), graph:
+                boss = graph.node(Boss)
+                await boss.move.ready(timeout=PATIENCE_S)
+                await conversation(boss, session.close)
+        finally:
+            mirror.close()
+
+    asyncio.run(main())
+
+
+def test_goals_end_across_processes_as_in_one(arm):
+    async def conversation(boss, _close):
+        left = []
+        result = await boss.move.run(MoveTo.Goal(angle=5), on_feedback=lambda each: left.append(each.left))
+        assert (result.angle, left[-1]) == (5, 0)
+        with pytest.raises(GoalRejected, match="out of reach"):
+            await boss.move.run(MoveTo.Goal(angle=1e6))
+        with pytest.raises(GoalAborted, match="ValueError: no way back"):
+            await boss.move.run(MoveTo.Goal(angle=-1))
+        async with boss.move.send(MoveTo.Goal(angle=FOR_EVER)) as going:
+            assert await going.cancel()
+            with pytest.raises(GoalCanceled) as caught:
+                await going.result()
+        assert caught.value.result == MoveTo.Result(angle=-1)
+
+    talk(conversation)
+    arm.wait_for("why=canceled")
+
+
+def test_goal_of_a_lost_client_is_canceled(arm):
+    async def conversation(boss, close):
+        going = boss.move.send(MoveTo.Goal(angle=FOR_EVER))
+        await going.__aenter__()  # its block is never left: what is seen is that the process is there no more
+        close()
+        assert "its client has gone" in await asyncio.to_thread(arm.wait_for, str(going.id))
+
+    talk(conversation)
+
+
+def test_killed_server_is_noticed_at_once(arm):
+    async def conversation(boss, _close):
+        async with boss.move.send(MoveTo.Goal(angle=FOR_EVER)) as going:
+            arm.kill()
+            with pytest.raises(ActionGone, match="/arm/move: its server ended before the goal"):
+                await going.result()
+
+    talk(conversation)
+
+
+def test_goal_of_a_ros_client_outlives_it(arm):
+    """What rmw_zenoh sends: no parameters, and a gid of its own; the reply's attachment has 33 bytes, as it expects."""
+    types = derived_types(MoveTo)
+
+    def asked(session, service_type, suffix, request):
+        support = TypeSupport(service_type)
+        key = topic_key(f"/arm/move/_action/{suffix}", support.name, support.type_hash)
+        (reply,) = session.get(
+            key,
+            payload=TypeSupport(service_type.Request).encode(request),
+            attachment=Attachment(1, 0, bytes(range(16))).encode(),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+        )
+        assert len(reply.ok.attachment.to_bytes()) == 33
+        return TypeSupport(service_type.Response).decode(reply.ok.payload.to_bytes())
+
+    goal_id = UUID(uuid=[7] * 16)
+    with join() as peer:
+        request = types.send_goal.Request(goal_id=goal_id, goal=MoveTo.Goal(angle=20))
+        assert asked(peer.session, types.send_goal, "send_goal", request).accepted
+        assert not asked(peer.session, types.send_goal, "send_goal", request).accepted
+    with join() as peer:
+        result = asked(peer.session, types.get_result, "get_result", types.get_result.Request(goal_id=goal_id))
+        assert (result.status, result.result.angle) == (4, 20)
+    assert "stopped" not in arm.end()[1]
