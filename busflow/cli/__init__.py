@@ -13,7 +13,7 @@ import busflow
 from busflow.cli.root import Root
 from busflow.cli.ros_words import instead_of_option
 from busflow.cli.terminal.output import colour, discard_output, print_message
-from busflow.errors import BusflowError, ExitCode, InvalidInput, LaunchError, PluginError
+from busflow.errors import BusflowError, ExitCode, InvalidDefinition, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
 
 _COMMANDS = {
@@ -134,7 +134,8 @@ def _invoke(root: Root, context: click.Context) -> int:
     except BusflowError as error:
         if context.params["traceback"]:
             _print_traceback(error)
-        print_message(str(error) if isinstance(error, (InvalidInput, LaunchError, PluginError)) else f"error: {error}")
+        rendered = isinstance(error, InvalidDefinition | InvalidInput | LaunchError | PluginError)
+        print_message(str(error) if rendered else f"error: {error}")
         return error.exit_code
     except (click.ClickException, click.Abort, click.exceptions.Exit, OSError):
         raise

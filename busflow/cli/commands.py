@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from busflow.cli.doctor import problems_in
     from busflow.cli.log import kept_lines, set_log_level
     from busflow.cli.node import order_nodes
+    from busflow.cli.options.interfaces import takes_interfaces
     from busflow.cli.options.run import (
         complete_nodes,
         complete_runs,
@@ -46,6 +47,7 @@ _HOMES = {
     "cli.doctor": ("problems_in",),
     "cli.log": ("kept_lines", "set_log_level"),
     "cli.node": ("order_nodes",),
+    "cli.options.interfaces": ("takes_interfaces",),
     "cli.options.run": (
         *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
         *("joined", "joins"),
@@ -113,6 +115,7 @@ __all__ = [
     "saved_parameters",
     "set_log_level",
     "stated_parameters",
+    "takes_interfaces",
     "tell",
 ]
 

@@ -1,29 +1,35 @@
-"""`busflow interface`: shows busflow's built-in message and service types, and those of a running graph."""
+"""`busflow interface`: shows types: busflow's own, those of definition files, and those of a running graph."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import completer, joined, joins
 from busflow.cli.terminal.output import print_answer, print_found
+from busflow.definitions.definition import Kind, kind_of
 from busflow.errors import BusflowError, NoSuchTarget
 from busflow.interfaces.encoding.builtin_types import Comments, builtin_types
+from busflow.launchfile.model.interface_folders import library, name_folders, named_folders
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.description import IndividualDescription, TypeDescription
 
 _VERBS = {
-    "list": ("busflow.cli.interface:list_", "List the message and service types."),
+    "list": ("busflow.cli.interface:list_", "List the message, service and action types."),
     "show": ("busflow.cli.interface:show", "Show the fields of a type."),
     "proto": ("busflow.cli.interface:proto", "Show the values of a new message of a type."),
     "package": ("busflow.cli.interface:package", "List the types of one package."),
     "packages": ("busflow.cli.interface:packages", "List the packages that have types."),
+    "generate": ("busflow.cli.interface_source:generate", "Write the classes of packages of definition files."),
+    "export": ("busflow.cli.interface_source:export", "Write definition files for classes."),
 }
 _EXAMPLES = """\b
 Examples:
@@ -32,9 +38,11 @@ Examples:
   busflow interface proto sensor_msgs/msg/Imu --no-quotes > imu.yaml
   busflow interface package std_srvs"""
 
-_KINDS = {"msg": "Messages", "srv": "Services"}
+_KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 
-interface: LazyGroup = LazyGroup("interface", _VERBS, help="Look at message and service types.", epilog=_EXAMPLES)
+interface: LazyGroup = LazyGroup(
+    "interface", _VERBS, help="Look at message, service and action types, and write them.", epilog=_EXAMPLES
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +53,7 @@ class _Known:
     described: Mapping[str, Mapping[str, Any]]
 
     def of_kind(self, kind: str) -> list[str]:
-        """Return the names of the message types (`msg`) or of the service types (`srv`)."""
+        """Return the names of the messages (`msg`), services (`srv`) or actions (`action`)."""
         return [name for name in self.names if f"/{kind}/" in name]
 
 
@@ -58,11 +66,15 @@ def complete_interfaces(context: click.Context, _incomplete: str) -> Iterator[tu
 @click.command("list", epilog=_EXAMPLES)
 @click.option("-m", "--only-msgs", "messages", is_flag=True, help="Only messages.")
 @click.option("-s", "--only-srvs", "services", is_flag=True, help="Only services.")
+@click.option("-a", "--only-actions", "actions", is_flag=True, help="Only actions.")
+@takes_interfaces
 @joins
-def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> None:
-    """List busflow's built-in types, and those of the running graph, if there is one."""
+def list_(run: str | None, messages: bool, services: bool, actions: bool, as_json: bool) -> None:
+    """List busflow's own types, those of definition files, and those of the running graph, if there is one."""
     known = _known(run)
-    chosen = [kind for kind, wanted in (("msg", messages), ("srv", services)) if wanted] or list(_KINDS)
+    chosen = [kind for kind, wanted in zip(_KINDS, (messages, services, actions), strict=True) if wanted] or list(
+        _KINDS
+    )
     if as_json:
         print_answer({_KINDS[kind].lower(): known.of_kind(kind) for kind in chosen})
         return
@@ -75,16 +87,17 @@ def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> Non
 @click.argument("name", metavar="TYPE", shell_complete=complete_interfaces)
 @click.option("--no-comments", is_flag=True, help="Only the fields.")
 @click.option("--all-comments", is_flag=True, help="Also the comments of nested types.")
+@takes_interfaces
 @joins
 def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_json: bool) -> None:
-    """Show TYPE in the form of a .msg or .srv file, with nested types indented."""
+    """Show TYPE in the form of a .msg, .srv or .action file, with nested types indented."""
     full, known = _found(run, name)
     if as_json:
         parts = dict(_descriptions(full, known))
         print_answer({"name": full, "description": parts if len(parts) > 1 else next(iter(parts.values()))})
         return
     depth = 0 if no_comments else 99 if all_comments else 1
-    lines = _comment_lines(full) if depth and full in builtin_types().services else []
+    lines = _comment_lines(full) if depth and "/msg/" not in full and _comments(full).text else []
     for number, (part, description) in enumerate(_descriptions(full, known)):
         lines += ["---"] * (number > 0)
         lines += _lines(part, description, depth)
@@ -94,9 +107,10 @@ def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_j
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="TYPE", shell_complete=complete_interfaces)
 @click.option("--no-quotes", is_flag=True, help="Without the quotes around it, which a shell needs.")
+@takes_interfaces
 @joins
 def proto(run: str | None, name: str, no_quotes: bool, as_json: bool) -> None:
-    """Show a message of TYPE, or a request of a service, with its defaults: YAML for topic pub and service call."""
+    """Show a message of TYPE, a service's request or an action's goal, with its defaults: YAML for topic pub."""
     full, known = _found(run, name)
     _, description = next(_descriptions(full, known))
     values = _new(description)
@@ -111,6 +125,7 @@ def proto(run: str | None, name: str, no_quotes: bool, as_json: bool) -> None:
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="PACKAGE")
+@takes_interfaces
 @joins
 def package(run: str | None, name: str, as_json: bool) -> None:
     """List the types of PACKAGE."""
@@ -122,6 +137,7 @@ def package(run: str | None, name: str, as_json: bool) -> None:
 
 
 @click.command(epilog=_EXAMPLES)
+@takes_interfaces
 @joins
 def packages(run: str | None, as_json: bool) -> None:
     """List the packages that have types."""
@@ -132,17 +148,18 @@ def packages(run: str | None, as_json: bool) -> None:
 # The known types.
 
 
-def _builtin() -> _Known:
-    """Return the built-in types."""
-    builtin = builtin_types()
-    return _Known((*builtin.messages, *builtin.services), {})
+def _present() -> _Known:
+    """Return the built-in types and those of definition files."""
+    return _Known(tuple(sorted({*builtin_types().names, *library().names})), {})
 
 
 def _known(run: str | None) -> _Known:
-    """Return the built-in types and those of the run; without a run's name there need not be one."""
+    """Return these and the types of the run; without a run's name there need not be one."""
     described: dict[str, Mapping[str, Any]] = {}
     try:
         with joined(run) as peer:
+            folders = [Path(each) for answer in peer.ask("run") for each in answer.get("interfaces", ())]
+            name_folders([*named_folders(), *folders])
             for question in ("types", "services"):
                 for answer in peer.ask(question):
                     described |= answer
@@ -151,12 +168,12 @@ def _known(run: str | None) -> _Known:
             raise
     services = {each["type"]: each for each in described.values() if "request" in each}
     described = {name: each for name, each in described.items() if "request" not in each} | services
-    return _Known(tuple(sorted({*_builtin().names, *described})), described)
+    return _Known(tuple(sorted({*_present().names, *described})), described)
 
 
 def _found(run: str | None, name: str) -> tuple[str, _Known]:
     """Return a type's full name and the known types; the running graph is asked only where it alone can know it."""
-    known = _builtin() if run is None else _known(run)
+    known = _present() if run is None else _known(run)
     try:
         return _full(name, known), known
     except NoSuchTarget:
@@ -167,7 +184,7 @@ def _found(run: str | None, name: str) -> tuple[str, _Known]:
 def _full(name: str, known: _Known) -> str:
     """Return the full name of a type, whose middle part may be left out: sensor_msgs/Imu."""
     package, _, last = name.partition("/")
-    for full in (name, f"{package}/msg/{last}", f"{package}/srv/{last}"):
+    for full in (name, *(f"{package}/{kind}/{last}" for kind in _KINDS)):
         if full in known.names:
             return full
     raise NoSuchTarget(f"there is no type {printable(name)}; {did_you_mean(name, known.names)}")
@@ -178,12 +195,14 @@ def _packages(known: _Known) -> list[str]:
 
 
 def _descriptions(name: str, known: _Known) -> Iterator[tuple[str, Any]]:
-    """Yield the description of a message type; for a service type, those of its request and response."""
-    builtin = builtin_types()
-    if name in builtin.messages:
-        yield name, builtin.description(name)
-    elif name in builtin.services:
-        yield from ((f"{name}_{part}", builtin.description(f"{name}_{part}")) for part in ("Request", "Response"))
+    """Yield the description of a message type; for a service or an action, those of its parts."""
+    files, builtin = library(), builtin_types()
+    kind = kind_of(name)
+    parts = [f"{name}{part}" for part in kind.parts] if kind is not None else []
+    if name in files:
+        yield from ((part, files.description(part)) for part in parts)
+    elif name in builtin.names:
+        yield from ((part, builtin.description(part)) for part in parts)
     elif "request" in known.described[name]:
         halves = known.described[name]
         yield from ((f"{name}_{part}", halves[part.lower()]["description"]) for part in ("Request", "Response"))
@@ -242,6 +261,16 @@ def _comment_lines(name: str) -> list[str]:
 
 
 def _comments(name: str) -> Comments:
+    files = library()
+    if name in files:
+        definition = files.definition(files.owner(name) or name)
+        part = next((each for each in definition.parts if each.name == name), None)
+        if part is None:
+            return Comments(definition.comment)
+        fields = {each.field.name: each.comment for each in part.fields}
+        constants = {each.name: each.comment for each in part.constants}
+        text = definition.comment if definition.kind is Kind.MESSAGE else part.comment
+        return Comments(text, fields | constants)
     try:
         return builtin_types().comments(name)
     except KeyError:  # a type of the user: a run does not send comments

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.message import wants
@@ -122,6 +123,7 @@ def info(run: str | None, name: str, as_json: bool) -> None:
     help="Wait for the answer no longer than this.",
 )
 @wait_option
+@takes_interfaces
 @joins
 def call(
     run: str | None,
@@ -167,6 +169,7 @@ def call(
 @click.option("--timeout", "timeout_s", type=DURATION, help="Stop with exit code 1 when nothing came for this time.")
 @wait_option
 @wants
+@takes_interfaces
 @joins
 def echo(
     run: str | None,

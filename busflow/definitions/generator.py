@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from busflow.definitions.library import Library
@@ -16,6 +18,12 @@ from busflow.interfaces.encoding.builtin_types import builtin_types
 from busflow.interfaces.encoding.description import rihs01
 from busflow.text import did_you_mean, quoted
 
+_HASHED = re.compile(r"^#   (\S+) +(RIHS01_\w+)$", re.MULTILINE)
+"""A line of a module's head: a file, and the hash of its type."""
+_HEAD_LINES = 10
+_NAMED = 5
+"""The most files that a difference names."""
+
 
 @dataclass(frozen=True, slots=True)
 class Generated:
@@ -24,11 +32,30 @@ class Generated:
     path: Path
     text: str
     present: str | None
+    count: int
+    """The number of its types."""
 
     @property
     def is_current(self) -> bool:
         """True if the file holds the text."""
         return self.text == self.present
+
+    @property
+    def difference(self) -> str:
+        """What has changed since the file was written, in words."""
+        if self.present is None:
+            return "is not there"
+        then, now = (dict(_HASHED.findall(text)) for text in (self.present, self.text))
+        if not then:
+            return "was not written by busflow interface generate"
+        changed = sorted(name for name in then.keys() & now.keys() if then[name] != now[name])
+        words = {
+            "has changed": changed,
+            "is new": sorted(now.keys() - then.keys()),
+            "is no longer there": sorted(then.keys() - now.keys()),
+        }
+        said = [f"{_some(names)} {word}" for word, names in words.items() if names]
+        return "is out of date: " + ("; ".join(said) or "a comment, a default or a constant has changed, or the module")
 
 
 def generate(library: Library, packages: Sequence[str], to: Path) -> list[Generated]:
@@ -41,10 +68,21 @@ def generate(library: Library, packages: Sequence[str], to: Path) -> list[Genera
     return [_generated(library, package, frozenset(packages), to) for package in dict.fromkeys(packages)]
 
 
-def command(packages: Sequence[str], to: Path) -> str:
-    """Return the command that writes the modules."""
+def is_generated(module: Path) -> bool:
+    """Return whether `busflow interface generate` wrote a module."""
+    with module.open(encoding="utf-8") as file:
+        return any(line.startswith("# busflow interface generate ") for line in islice(file, _HEAD_LINES))
+
+
+def command(packages: Sequence[str], to: Path, folders: Sequence[Path] = ()) -> str:
+    """Return the command that writes the modules from the definition files in these folders."""
     where = Path(os.path.relpath(to)) if to.is_absolute() else to
-    return shlex.join(["busflow", "interface", "generate", *packages, "--to", where.as_posix()])
+    named = [word for folder in folders for word in ("--interfaces", folder.as_posix())]
+    return shlex.join(["busflow", "interface", "generate", *packages, *named, "--to", where.as_posix()])
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if names[_NAMED:] else "")
 
 
 def _generated(library: Library, package: str, together: frozenset[str], to: Path) -> Generated:
@@ -67,7 +105,7 @@ def _generated(library: Library, package: str, together: frozenset[str], to: Pat
     sources = Sources(command([package], to), f"{described} ({licences})" if licences else described, hashes)
     text = module_text(package, definitions, home, sources)
     path = to / f"{package}.py"
-    return Generated(path, text, path.read_text("utf-8") if path.is_file() else None)
+    return Generated(path, text, path.read_text("utf-8") if path.is_file() else None, len(definitions))
 
 
 def _home(package: str, together: frozenset[str], to: Path, place: Place | None) -> str:

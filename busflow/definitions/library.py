@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from busflow.definitions.definition import TypeDefinition
 from busflow.definitions.field_type import short_name
@@ -12,8 +13,11 @@ from busflow.definitions.packages import Package, by_name
 from busflow.definitions.reader import MAX_BYTES, read_bytes
 from busflow.errors import InvalidDefinition, Place, Problem, UnknownType
 from busflow.interfaces.encoding.builtin_types import builtin_types
-from busflow.interfaces.encoding.description import DEPTH, IndividualDescription, TypeDescription, assemble
+from busflow.interfaces.encoding.description import DEPTH, IndividualDescription, TypeDescription, assemble, rihs01
 from busflow.text import did_you_mean, nearest, quoted
+
+if TYPE_CHECKING:
+    from busflow.interfaces.encoding.foreign import ForeignType
 
 
 class Library:
@@ -22,15 +26,16 @@ class Library:
     A package is taken from one place, whole.
     """
 
-    def __init__(self, folders: Iterable[Path] = (), found: Iterable[Path] = ()) -> None:
-        self._folders, self._found = tuple(folders), tuple(found)
+    def __init__(self, folders: Iterable[Path] = (), find: Callable[[], Iterable[Path]] = tuple) -> None:
+        """Return the library of these folders, and of those that `find` returns when a type is first asked for."""
+        self._folders, self._find = tuple(folders), find
         self._definitions: dict[str, TypeDefinition] = {}
 
     @cached_property
     def packages(self) -> dict[str, Package]:
         """The packages of definition files by name."""
         shipped = {name.partition("/")[0] for name in builtin_types().names}
-        found = {name: each for name, each in by_name(self._found).items() if name not in shipped}
+        found = {name: each for name, each in by_name(self._find()).items() if name not in shipped}
         return found | by_name(self._folders)
 
     @cached_property
@@ -39,7 +44,19 @@ class Library:
         return sorted(name for package in self.packages.values() for name in package.files)
 
     def __contains__(self, name: str) -> bool:
-        return self._owner(name) is not None
+        return self.owner(name) is not None
+
+    def foreign(self, name: str) -> ForeignType:
+        """Return a message, or a part of a service or action, for reading and writing without a class.
+
+        Raises:
+            UnknownType: There is no such type.
+            InvalidDefinition: Its file has mistakes, or that of a type which it needs.
+        """
+        from busflow.interfaces.encoding.foreign import ForeignType
+
+        described = self.description(name)
+        return ForeignType(name, rihs01(described), described)
 
     def definition(self, name: str) -> TypeDefinition:
         """Return what the file of a type defines.
@@ -67,7 +84,7 @@ class Library:
         self, name: str, place: Place | None, types: dict[str, IndividualDescription], around: tuple[str, ...]
     ) -> None:
         """Add a type and all within it."""
-        owner = self._owner(name)
+        owner = self.owner(name)
         if owner is None:
             self._collect_shipped(name, place, types)
             return
@@ -100,7 +117,7 @@ class Library:
         fix = did_you_mean(guess or short, messages)
         raise _invalid("unknown-type", f"there is no message {quoted(short)}", fix, place)
 
-    def _owner(self, name: str) -> str | None:
+    def owner(self, name: str) -> str | None:
         """Return the type whose file defines a type or a part of one; None where no file does."""
         package = self.packages.get(name.partition("/")[0])
         if package is None:
@@ -109,7 +126,7 @@ class Library:
         return next((each for each in (name, whole, whole.rpartition("_")[0]) if each in package.files), None)
 
     def _file(self, name: str) -> Path:
-        owner = self._owner(name)
+        owner = self.owner(name)
         if owner != name:
             raise self._unknown(name)
         return self.packages[name.partition("/")[0]].files[name]

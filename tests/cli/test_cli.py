@@ -1,4 +1,7 @@
-"""Tests of `__init__.py`: usage errors, failures, signals and closed pipes; and of what commands import."""
+"""Tests of `__init__.py`: usage errors, failures, signals and closed pipes; and of what commands import.
+
+Those of `interface_classes.py` are in `test_interface_source.py`.
+"""
 
 import json
 import os

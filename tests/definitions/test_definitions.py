@@ -1,7 +1,8 @@
 """What the package says of a definition: names, types, source text.
 
 Tests of `comments.py`, `declarations.py`, `definition.py`, `field_type.py`, `generator.py`, `lines.py`,
-`packages.py` and `python_text.py`; the parser has more in `test_reader.py`.
+`packages.py` and `python_text.py`; the parser has more in `test_reader.py`, and `export.py` its tests where the
+command has them, in `tests/cli/test_interface_source.py`.
 """
 
 import pytest

@@ -61,7 +61,7 @@ def test_packages_are_named_by_package_xml_or_folder(tmp_path):
 def test_first_folder_with_a_package_is_meant(tmp_path):
     write(tmp_path, {"a/p/msg/One.msg": "", "b/p/msg/Two.msg": "", "c/std_msgs/msg/Own.msg": ""})
     assert Library([tmp_path / "b", tmp_path / "a"]).names == ["p/msg/Two"]
-    assert Library([tmp_path / "b"], [tmp_path / "a", tmp_path / "c"]).names == ["p/msg/Two"]
+    assert Library([tmp_path / "b"], lambda: [tmp_path / "a", tmp_path / "c"]).names == ["p/msg/Two"]
     assert "std_msgs/msg/Own" in Library([tmp_path / "c"])
 
 

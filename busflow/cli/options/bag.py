@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.launch_file import DurationType
 from busflow.cli.terminal.output import print_message
 from busflow.errors import ExitCode, NoSuchTarget
@@ -51,8 +52,9 @@ SIZE = _Size()
 
 
 def reads(name: str = "file") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Add the argument that names a recording: an .mcap file, or the directory of a ROS 2 bag."""
-    return click.argument(name, metavar=name.strip("_").upper(), type=click.Path(path_type=Path))
+    """Add the argument that names a recording, an .mcap file or the directory of a ROS 2 bag, and `--interfaces`."""
+    argument = click.argument(name, metavar=name.strip("_").upper(), type=click.Path(path_type=Path))
+    return lambda command: takes_interfaces(argument(command))
 
 
 def within(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.message import wants
 from busflow.cli.options.run import complete_topics, complete_types, joins
@@ -47,6 +48,7 @@ _count = click.IntRange(min=1)
     help="Print times and number of each message before it. --json always has them.",
 )
 @wants
+@takes_interfaces
 @joins
 def echo(
     run: str | None,

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.run import complete_topics, joins
 from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
@@ -29,6 +30,7 @@ def _options(command: Callable[..., int]) -> Callable[..., Any]:
         ),
         wait_option,
         joins,
+        takes_interfaces,
     ):
         command = option(command)
     return command

@@ -7,6 +7,7 @@ from typing import BinaryIO
 
 import click
 
+from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.run import complete_topics, complete_types, joined, joins
 from busflow.cli.terminal.output import print_message
 
@@ -51,6 +52,7 @@ _count = click.IntRange(min=1)
 @click.option("--qos-reliability", type=click.Choice(["reliable", "best_effort"]), help="What is offered.")
 @click.option("--qos-durability", type=click.Choice(["volatile", "transient_local"]), help="What is offered.")
 @click.option("-p", "--print", "print_every", type=_count, default=1, metavar="N", help="Show only every Nth message.")
+@takes_interfaces
 @joins
 def pub(
     run: str | None,

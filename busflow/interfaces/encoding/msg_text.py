@@ -31,11 +31,14 @@ def _text(described: IndividualDescription) -> str:
     """Return a type in the lines of a `.msg` file, its constants first."""
     constants = [f"{each['type']} {each['name']}={each['value']}\n" for each in described.get("constants", [])]
     fields = () if is_empty(described) else fields_of(described)
-    return "".join([*constants, *(f"{_type(field)} {field.name} {field.default}".rstrip() + "\n" for field in fields)])
+    return "".join(
+        [*constants, *(f"{type_text(field)} {field.name} {field.default}".rstrip() + "\n" for field in fields)]
+    )
 
 
-def _type(field: Field) -> str:
-    base = _short(field.base) if field.nested else field.base
+def type_text(field: Field, package: str = "") -> str:
+    """Return the type of a field as a `.msg` file of a package writes it."""
+    base = _short(field.base).removeprefix(f"{package}/") if field.nested else field.base
     bound = f"<={field.string_bound}" if field.string_bound else ""
     match field.count:
         case Count.ONE:

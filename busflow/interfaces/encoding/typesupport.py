@@ -209,12 +209,21 @@ def _describe_all(cls: type[Message], types: dict[str, IndividualDescription]) -
         return
     types[name] = individual(
         name,
-        [_field(field, name).describe() for field in fields_of(cls)],
+        [field.describe() for field in described_fields(cls)],
         [{"name": each.name, "type": each.base, "value": written(each.value)} for each in constants_of(cls)],
     )
     for field in fields_of(cls):
         if not isinstance(field.base, str):
             _describe_all(cast("type[Message]", field.base), types)
+
+
+def described_fields(cls: type[Message]) -> list[Field]:
+    """Return the fields of a message class in the form that codecs use.
+
+    Raises:
+        InvalidDeclaration: ROS has no word for one of them.
+    """
+    return [_field(field, type_name(cls)) for field in fields_of(cls)]
 
 
 def _field(field: FieldType, around: str) -> Field:

@@ -59,6 +59,7 @@ class Builder:
             profiles=self._profiles,
             arguments=self.part.arguments,
             folders=tuple(self.part.folders),
+            interfaces=tuple(self.part.interfaces),
             processes=tuple(self._processes()),
             network=network_of(keys, self.part.tree, self.problems),
             clock=ClockSpec(clock.mode, clock.start, clock.rate),
@@ -74,8 +75,11 @@ class Builder:
     def _resolved(self) -> Value:
         """Return everything as one launch file, with its keys in the usual order."""
         tree = self.part.tree
-        folders = [Value(str(folder.path.resolve()), folder.origin) for folder in self.part.folders]
-        members = {**tree.members, **({"plugins": Value(list(folders), tree.origin)} if folders else {})}
+        members = dict(tree.members)
+        for key, stated in (("plugins", self.part.folders), ("interfaces", self.part.interfaces)):
+            if stated:
+                folders = [Value(str(folder.path.resolve()), folder.origin) for folder in stated]
+                members[key] = Value(list(folders), tree.origin)
         ordered = {key: members[key] for key in ORDER if key in members}
         if "nodes" in ordered:  # the keys from a file's defaults stand first in an entry
             nodes = {key: _ordered(node) for key, node in ordered["nodes"].members.items()}

@@ -77,8 +77,9 @@ class Files:
         resolver = Resolver(scope, self.problems)
         return without(resolver.resolve(own), resolver.failed)
 
-    def folders(self, stated: Value | None, beside: Path) -> list[StatedPath]:
-        """Return the plugin folders stated in a file, relative to its folder; report missing ones."""
+    def folders(self, tree: Value, key: str, beside: Path) -> list[StatedPath]:
+        """Return the folders stated under a key of a file, relative to its own folder; report missing ones."""
+        stated = tree.members.get(key)
         found: list[StatedPath] = []
         for value in stated.content if stated is not None and isinstance(stated.content, list) else ():
             folder = Path(os.path.normpath(beside / str(value.content)))
@@ -88,7 +89,7 @@ class Files:
                 continue
             if fault is None:
                 fault = Problem("missing-folder", f"there is no folder {folder}", _neighbour(folder, beside))
-            self._report(fault.code, fault.message, fault.fix, value, ("plugins",))
+            self._report(fault.code, fault.message, fault.fix, value, (key,))
         return found
 
     def _read(self, path: Path, entry: Value | None, repeated: Repeated | None = None) -> Value | None:

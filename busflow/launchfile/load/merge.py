@@ -25,6 +25,7 @@ class Part:
     warnings: list[Problem] = field(default_factory=list[Problem])
     own_folders: dict[str, tuple[Path, ...]] = field(default_factory=dict[str, tuple[Path, ...]])
     """By node, the plugin folders of the file that names its plugin."""
+    interfaces: list[StatedPath] = field(default_factory=list[StatedPath])
 
     @property
     def nodes(self) -> Value:
@@ -154,6 +155,7 @@ def _laid(below: Part, above: Part) -> Part:
         above.arguments,
         [*below.warnings, *above.warnings],
         {**below.own_folders, **above.own_folders},
+        [*above.interfaces, *below.interfaces],
     )
 
 

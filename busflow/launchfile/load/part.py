@@ -65,9 +65,9 @@ def part_of(file: LaunchFile, files: Files, outside: Scope) -> Part | None:
     file = replace(file, namespace=compose(file.namespace, keys.namespace))
     tree = _with_parameter_files(tree, file.namespace, folder, scope, files)
     tree, includes = flattened(keys, tree, problems)
-    folders = files.folders(tree.members.get("plugins"), folder)
+    folders, interfaces = (files.folders(tree, key, folder) for key in ("plugins", "interfaces"))
     kept = {key: value for key, value in tree.members.items() if key in {*SETTABLE, "env"}}
-    own = Part(replace(tree, content=kept), folders, tuple(bound.known.values()))
+    own = Part(replace(tree, content=kept), folders, tuple(bound.known.values()), interfaces=interfaces)
     own = named(own, file.namespace, problems)
     included = Part(Value({}, tree.origin))
     for include in includes:

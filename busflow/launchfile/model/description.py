@@ -182,6 +182,7 @@ class LaunchDescription:
     profiles: Mapping[str, QoS] = field(default_factory=dict[str, "QoS"])
     arguments: tuple[Argument, ...] = ()
     folders: tuple[StatedPath, ...] = ()  # plugin folders
+    interfaces: tuple[StatedPath, ...] = ()  # folders of definition files
     processes: tuple[ProcessSpec, ...] = ()
     network: NetworkSpec | None = None  # None if everything is on one machine
     here: str | None = None  # this machine; None: the whole graph is checked or run as one

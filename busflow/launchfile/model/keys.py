@@ -364,6 +364,10 @@ class ProfileKeys(GraphKeys):
 
     name: str | None = Field(default=None, min_length=1, description="The run's name; by default the file's.")
     plugins: list[str] = Field(default_factory=list, description="Folders of plugins, relative to this file.")
+    interfaces: list[str] = Field(
+        default_factory=list,
+        description="Folders of .msg, .srv and .action files, or of packages of them, relative to this file.",
+    )
     args: dict[str, Any] = Field(default_factory=dict, description="Other defaults, choices or ranges of arguments.")
     env: dict[str, str | int | float | bool] = Field(
         default_factory=dict, description="Variables of the environment, for ${env.NAME} and for the nodes."
@@ -421,6 +425,7 @@ ORDER = (
         "busflow",
         "name",
         "plugins",
+        "interfaces",
         "args",
         "env",
         "profile",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
-from busflow.errors import BagError, MalformedMessage
+from busflow.errors import BagError, InvalidDefinition, MalformedMessage
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.foreign import ForeignType
@@ -157,21 +157,24 @@ def _json_type(channel: Channel) -> ForeignType:
 
 
 def _description(channel: Channel) -> Any:
-    """The description of a ROS 2 type: what the bag says, or what busflow knows of a type that the bag only names."""
+    """The description of a ROS 2 type: what the bag says, or what is known of a type that the bag only names."""
     from busflow.definitions.recorded import parse
     from busflow.interfaces.encoding.builtin_types import builtin_types
     from busflow.interfaces.encoding.description import rihs01
     from busflow.interfaces.encoding.msg_text import ENCODING
+    from busflow.launchfile.model.interface_folders import library
 
     try:
         if channel.definition_encoding == ENCODING and channel.definition.strip():
             return parse(channel.type_name, channel.definition)
-        builtin = builtin_types().description(channel.type_name)
-    except MalformedMessage as error:
+        defined = channel.type_name in library()
+        known = (library() if defined else builtin_types()).description(channel.type_name)
+    except (MalformedMessage, InvalidDefinition) as error:
         raise channel._unreadable(f"has a definition that cannot be read: {error}") from None  # noqa: SLF001  # as above
     except KeyError:
         how = f"as {channel.definition_encoding}" if channel.definition else "nowhere in the bag"
         raise channel._unreadable(f"is described {how}; ros2msg is read") from None  # noqa: SLF001  # as above
-    if channel.type_hash not in (None, rihs01(builtin)):
-        raise channel._unreadable("is another version of the type than the one that busflow brings")  # noqa: SLF001  # as above
-    return builtin
+    if channel.type_hash not in (None, rihs01(known)):
+        whose = "the definition files have" if defined else "busflow brings"
+        raise channel._unreadable(f"is another version of the type than the one that {whose}")  # noqa: SLF001  # as above
+    return known

@@ -1,4 +1,4 @@
-"""Look-up of a message type's description: from the run, else from busflow's own messages."""
+"""Look-up of a message type's description: from the run, else from definition files and busflow's own messages."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from busflow.errors import NoSuchTarget, UnknownType
 from busflow.interfaces.encoding.builtin_types import builtin_types
+from busflow.launchfile.model.interface_folders import library
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
@@ -17,17 +18,22 @@ def known_type(peer: Peer, name: str, type_hash: str | None = None) -> ForeignTy
     """Return the type of this full name, such as `sensor_msgs/msg/Imu`, and of this hash if it is known.
 
     Raises:
-        UnknownType: The run does not use it and busflow does not bring it.
+        UnknownType: The run does not use it, no folder of definition files has it, and busflow does not bring it.
+        InvalidDefinition: Its definition file has mistakes.
     """
     try:
         return peer.type(name, type_hash)
     except NoSuchTarget:
-        if "/" not in name:
-            known = builtin_types().messages
+        files = library()
+        if name not in files and name not in builtin_types():
+            known = [each for each in (*files.names, *builtin_types().messages) if "/msg/" in each]
             raise UnknownType(f"no type {printable(name)!r}; {did_you_mean(name, known)}") from None
-        found = _own(name)
+        if name in files.names and "/msg/" not in name:
+            raise UnknownType(f"{name} is no message; messages have a topic") from None
+        found = files.foreign(name) if name in files else _own(name)
         if type_hash not in (None, found.type_hash):
-            text = f"{printable(name)} is another version than busflow's, and the run does not say what it is"
+            whose = "that of the definition files" if name in files else "busflow's"
+            text = f"{printable(name)} is another version than {whose}, and the run does not say what it is"
             raise UnknownType(text) from None
         return found
 

@@ -6,10 +6,13 @@ import os
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Protocol
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from busflow.bus.publisher import Publisher
 from busflow.bus.subscription import Subscription
+from busflow.definitions.library import Library
 from busflow.errors import NoSuchTarget
 from busflow.interfaces.message import ServiceType, type_name
 from busflow.node.parameter_messages import type_of
@@ -28,6 +31,7 @@ from busflow.wire.zenoh.keys import Attachment
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
     from busflow.bus.topic import Receiver, Topic, TopicPublisher
+    from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.node.parameter_store import LiveParameter
     from busflow.runner.graph import Graph
@@ -80,6 +84,15 @@ class Questions:
         self._orders = OrdersByHand(graph)
         self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
 
+    @cached_property
+    def _library(self) -> Library:
+        """The types of the definition files that the launch files name."""
+        return Library(self._folders)
+
+    @property
+    def _folders(self) -> list[Path]:
+        return [folder.path.absolute() for each in self._graph.descriptions for folder in each.interfaces]
+
     def close(self) -> None:
         """Remove all meters, carry out no more orders, and keep no more log lines."""
         self._meters.close()
@@ -105,7 +118,10 @@ class Questions:
         }
 
     def run(self, _arguments: Mapping[str, Any]) -> object:
-        """The run: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes, states}`."""
+        """The run: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes, states, …}`.
+
+        `interfaces` are its folders of definition files; the main process adds what it knows of the others.
+        """
         graph = self._graph
         return asdict(self._card) | {
             "process": self._process,
@@ -115,6 +131,7 @@ class Questions:
             "elapsed_s": graph.clock.seconds(),
             "nodes": len(graph.units),
             "states": Counter(unit.state.value for unit in graph.units),
+            "interfaces": [str(each) for each in self._folders],
             **self._about(),
         }
 
@@ -151,7 +168,11 @@ class Questions:
             raise ValueError("names is a list of type names")
         supports = [self._supports(topic.type) for topic in self._graph.bus.topics.values()]
         chosen = (each for each in supports if type_hash is None or each.type_hash == type_hash)
-        return {each.name: _described(each) for each in chosen if wanted is None or each.name in wanted}
+        found = {each.name: _described(each) for each in chosen if wanted is None or each.name in wanted}
+        names = [str(name) for name in cast("list[object]", wanted or [])]
+        defined = (name for name in names if name not in found and name in self._library)
+        foreign = (self._library.foreign(name) for name in defined)
+        return found | {each.name: _described(each) for each in foreign if type_hash in (None, each.type_hash)}
 
     def services(self, arguments: Mapping[str, Any]) -> object:
         """Return `{type, hash, request, response}` by service name, the last two as in `types`; `names` limits them.
@@ -264,7 +285,7 @@ class Questions:
         }
 
 
-def _described(support: TypeSupport) -> dict[str, Any]:
+def _described(support: TypeSupport | ForeignType) -> dict[str, Any]:
     return {"hash": support.type_hash, "encoding": support.encoding, "description": support.description}
 
 

@@ -1,4 +1,7 @@
-"""Tests of `bag.py`, `launch_file.py`, `message.py` and `run.py`: options that several commands share."""
+"""Tests of `bag.py`, `launch_file.py`, `message.py` and `run.py`: options that several commands share.
+
+Those of `interfaces.py` are in `tests/cli/test_interface_source.py`.
+"""
 
 import json
 import os

@@ -1,4 +1,7 @@
-"""Tests of `credentials.py`, `endpoints.py`, `machine.py`, `planned_node.py`, `resolved.py` and `supervision.py`."""
+"""Tests of `credentials.py`, `endpoints.py`, `machine.py`, `planned_node.py`, `resolved.py` and `supervision.py`.
+
+Those of `definitions.py` are in `tests/cli/test_interface_source.py`.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""Tests of `description.py`, `keys.py` and `key_faults.py`."""
+"""Tests of `description.py`, `keys.py` and `key_faults.py`.
+
+Those of `interface_folders.py` are in `tests/cli/test_interface_source.py`.
+"""
 
 import pytest
 

@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 import click
 
-from busflow.cli.commands import complete_runs, complete_topics, joined, tell
+from busflow.cli.commands import complete_runs, complete_topics, joined, takes_interfaces, tell
 
 if TYPE_CHECKING:
     from busflow.cli.commands import Peer
@@ -21,6 +21,7 @@ _APP = "https://app.foxglove.dev/~/view?ds=foxglove-websocket&ds.url="
 
 
 @click.command(epilog=_EXAMPLES)
+@takes_interfaces
 @click.option("--run", metavar="NAME", shell_complete=complete_runs, help="The run to serve, where there are several.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="The address to listen at.")
 @click.option(
