@@ -77,6 +77,8 @@ if TYPE_CHECKING:
     from busflow.node.parameters import ReadOnly as ReadOnly
     from busflow.node.supervision import RestartPolicy as RestartPolicy
     from busflow.node.supervision import supervised as supervised
+    from busflow.pairing.members import Unpaired as Unpaired
+    from busflow.pairing.words import synchronized as synchronized
     from busflow.program import launch as launch
     from busflow.program import run as run
     from busflow.runner.graph import Graph as Graph
@@ -141,6 +143,7 @@ _HOMES = {
     "TransformNotThere": "errors",
     "TransformTooOld": "errors",
     "UnknownFrame": "errors",
+    "Unpaired": "pairing.members",
     "WouldBlock": "errors",
     "action": "actions.declarations",
     "action_client": "actions.declarations",
@@ -153,6 +156,7 @@ _HOMES = {
     "service": "node.handlers",
     "subscription": "node.handlers",
     "supervised": "node.supervision",
+    "synchronized": "pairing.words",
     "take": "interfaces.message",
     "timer": "node.declarations",
     "transforms": "frames.words",
@@ -218,6 +222,7 @@ __all__ = [
     "TransformNotThere",
     "TransformTooOld",
     "UnknownFrame",
+    "Unpaired",
     "WouldBlock",
     "action",
     "action_client",
@@ -230,6 +235,7 @@ __all__ = [
     "service",
     "subscription",
     "supervised",
+    "synchronized",
     "take",
     "timer",
     "transforms",

@@ -164,7 +164,7 @@ class NodeRuntime:
     ) -> Publisher[M]:
         """Create a publisher; it is connected at once if the node is."""
         layers = self.surroundings.publisher_qos
-        publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin, line))
+        publisher = Publisher(message_type, self.endpoint(message_type, topic, qos, layers, origin, line))
         self.endpoints.add(publisher)
         return publisher
 
@@ -182,7 +182,7 @@ class NodeRuntime:
         if handler is not None and not callable(handler):  # type: ignore[redundant-expr]  # as below
             raise InvalidDeclaration(f"{origin} needs a method to call with each message, or none, not {handler!r}")
         layers = self.surroundings.subscription_qos
-        endpoint = self._endpoint(message_type, topic, qos, layers, origin, line)
+        endpoint = self.endpoint(message_type, topic, qos, layers, origin, line)
         subscription = Subscription(message_type, endpoint, handler)
         self.endpoints.add(subscription)
         return subscription
@@ -226,7 +226,7 @@ class NodeRuntime:
         resolved = self.resolve(service, service=True)
         return ServiceEndpoint(self.full_name, resolved.name, checked, origin, service, resolved.rule, line)
 
-    def _endpoint(
+    def endpoint(
         self,
         message_type: type[M],
         topic: str,
@@ -235,6 +235,7 @@ class NodeRuntime:
         origin: str,
         line: Line | None,
     ) -> Endpoint:
+        """The description of an end of a topic, with the QoS that the launch file adds to the node's own."""
         if not (isinstance(message_type, type) and issubclass(message_type, Message)):  # type: ignore[redundant-expr]  # users without a type checker
             raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
         self._refuse_after_the_end(origin)

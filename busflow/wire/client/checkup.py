@@ -21,6 +21,7 @@ _MISSED_SHARE = 0.01
 """A timer that misses a larger share of its ticks is reported."""
 _REMEDIES: Mapping[str, str] = {
     "overflow": "raise its depth, make its handler faster, or choose overflow: block",
+    "unpaired": "stamp both topics with the time of the measurement, raise within, or raise depth",
     "expired": "they waited longer than the publisher's lifespan: make the handler faster, or raise the lifespan",
 }
 _LOSSES: Mapping[str, tuple[str, str]] = {
@@ -182,6 +183,7 @@ def _dropped(topic: TopicView, end: EndView, dropped: int) -> Problem:
     worst = max(reasons, key=lambda reason: reasons[reason], default="")
     published = counted(end.details.get("published", 0), "message")
     text = f"{end.node} dropped {dropped} of {published} on {topic.name} ({why}), depth {end.details['depth']}"
+    text += f"; {remark}" if (remark := end.details.get("remark")) else ""
     return Problem("dropped", text, _REMEDIES.get(worst, "see busflow topic stats"), severity=Severity.WARNING)
 
 

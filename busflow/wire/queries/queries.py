@@ -314,7 +314,8 @@ def _publisher(publisher: TopicPublisher) -> dict[str, Any]:
 
 
 def _subscription(subscription: Receiver) -> dict[str, Any]:
-    return _endpoint(subscription.endpoint) | asdict(subscription.statistics())
+    remark = getattr(subscription, "remark", "")  # of a subscription that a package above the bus has made
+    return _endpoint(subscription.endpoint) | asdict(subscription.statistics()) | ({"remark": remark} if remark else {})
 
 
 def _endpoint(endpoint: Endpoint) -> dict[str, Any]:
