@@ -27,6 +27,7 @@ _COMMANDS = {
     "node": ("busflow.cli.node:node", "Look at the nodes of a running graph."),
     "tf": ("busflow.cli.tf:tf", "Look at the frames of a running graph, or of a recording."),
     "service": ("busflow.cli.service:service", "Look at the services of a running graph, and call them."),
+    "action": ("busflow.cli.action:action", "Look at the actions of a running graph, and send them goals."),
     "param": ("busflow.cli.param:param", "Look at the parameters of running nodes, and set them."),
     "bag": ("busflow.cli.bag:bag", "Look at recordings, and work with them."),
     "replay": ("busflow.cli.replay:replay", "Run nodes again on a recording and compare with it."),

@@ -12,7 +12,7 @@ import pytest
 import busflow
 from busflow import ActionServer, ActionType, GoalTimeout, Message, Node, RunningGoal, action, action_client
 from busflow.bus.qos import Durability, Reliability
-from busflow.errors import IncompatibleType, InvalidDeclaration, LaunchError
+from busflow.errors import IncompatibleType, InvalidDeclaration, LaunchError, Severity
 from busflow.msgs.std_srvs import Trigger
 from busflow.testing import harness, virtual_time
 from tests.actions.conftest import Arm, Boss, MoveTo
@@ -81,7 +81,9 @@ def test_name_is_a_text():
 
 
 def test_two_servers_of_an_action_are_refused():
-    with pytest.raises(LaunchError, match="answers /arm/move/_action/send_goal"):
+    with pytest.raises(
+        LaunchError, match=r"Second.move of /second serves /arm/move, which Arm.move of /arm serves alr"
+    ):
         asyncio.run(busflow.launch(Arm, _same_name()).start())
 
 
@@ -199,3 +201,49 @@ async def test_table_of_a_run_has_actions(capsys):
     assert ["←", "/arm", "1", "0", "1", "0", "0", "0", "0"] in table
     assert ["→", "/boss", "1", "0", "1", "0", "0", "0", "0", "0"] in table
     assert not any(line[:1] == ["/arm/move/_action/send_goal"] for line in table)
+
+
+SECOND = """
+from tests.actions.conftest import Arm, Boss, MoveTo
+from tests.actions.test_actions import Other
+from busflow import Node, action, action_client
+
+
+class Second(Node):
+    move = {what}
+"""
+
+
+@pytest.mark.parametrize(
+    ("what", "place", "said", "fix"),
+    [
+        (
+            'action_client(MoveTo, "arm/mov")',
+            "graph.yaml:5:3",
+            "Second.move of /second sends goals to /arm/mov, which has no server",
+            "did you mean '/arm/move'?",
+        ),
+        (
+            'action_client(Other, "arm/move")',
+            "second.py:8:5",
+            "Second.move uses the action /arm/move as my_robot/action/Other, but Arm.move uses it as {MOVE_TO}",
+            "use one type on both ends, or remap one of them: remap: {arm/move: another_name}",
+        ),
+        (
+            'action(MoveTo, "/arm/move")(Arm.move.function)',
+            "graph.yaml:5:3",
+            "Second.move of /second serves /arm/move, which Arm.move of /arm serves already",
+            "remap one of them: remap: {/arm/move: another_name}",
+        ),
+    ],
+)
+def test_check_finds_mistakes_with_their_places(tmp_path, monkeypatch, what, place, said, fix):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "second.py").write_text(SECOND.format(what=what))
+    source = "from tests.actions import conftest\n\n\nclass Arm(conftest.Arm):\n    'An arm.'\n"
+    (tmp_path / "arm.py").write_text(source)
+    text = "plugins: [.]\nnodes:\n  arm:\n    plugin: arm\n  second: {plugin: second}\n"
+    (tmp_path / "graph.yaml").write_text(text)
+    problems = [each for each in busflow.launch("graph.yaml").plan().problems if each.severity is not Severity.INFO]
+    expected = said.replace("{MOVE_TO}", "my_robot/action/MoveTo")
+    assert [(str(each.place), each.message, each.fix) for each in problems] == [(place, expected, fix)]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import busflow
+from busflow.actions.names import SEND_GOAL
 from busflow.cli.options.completers import Completer, completer
 from busflow.cli.terminal.output import print_message
 from busflow.errors import RunEnded
@@ -115,6 +116,9 @@ complete_topics: Completer = _completer(
 )
 complete_nodes: Completer = _completer(lambda graph: [node.name for node in graph.nodes.values() if not node.hidden])
 complete_services: Completer = _completer(lambda graph: graph.services)
+complete_actions: Completer = _completer(
+    lambda graph: [name.removesuffix(SEND_GOAL) for name in graph.services if name.endswith(SEND_GOAL)]
+)
 complete_types: Completer = _completer(
     lambda graph: [type_ for topic in graph.topics.values() for type_ in topic.types]
 )

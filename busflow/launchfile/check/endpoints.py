@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from busflow.actions.names import SEND_GOAL, action_of, action_type_of
 from busflow.bus.endpoint import UNANNOUNCED
 from busflow.bus.names import resolve
 from busflow.bus.qos_matching import Verdict, compatibility
@@ -94,6 +95,8 @@ def _unmatched_topics(members: Sequence[PlannedNode], external: Collection[str],
     advised = _ADVISED
     for member in members:
         for endpoint in member.subscriptions:
+            if action_of(endpoint.topic) is not None:  # its action's services are compared
+                continue
             if endpoint.topic not in published and endpoint.topic not in {*external, *UNANNOUNCED}:
                 advised -= 1
                 near = did_you_mean(endpoint.topic, published) if published and advised >= 0 else None
@@ -106,22 +109,49 @@ def _unmatched_topics(members: Sequence[PlannedNode], external: Collection[str],
                     Severity.ERROR if strict else Severity.WARNING,
                 )
         for endpoint in member.publishers:
-            if endpoint.topic not in received and endpoint.topic not in external:
+            if endpoint.topic not in received and endpoint.topic not in external and action_of(endpoint.topic) is None:
                 text = f"{endpoint.origin} of {endpoint.node} publishes {endpoint.topic}, which has no subscription"
                 yield member.problem("nobody-receives", text, None, Severity.INFO)
 
 
 def _unanswered_calls(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
     served = {endpoint.service for member in members for endpoint in member.servers}
+    names = {True: _actions_among(served), False: {name for name in served if action_of(name) is None}}
     advised = _ADVISED
     for member in members:
         for endpoint in member.clients:
-            if endpoint.service not in served:
-                text = f"{endpoint.origin} of {endpoint.node} calls {endpoint.service}, which has no server"
+            if endpoint.service not in served and not _is_beside_goals(endpoint):
+                action = _action(endpoint)
+                what = _said(endpoint, "calls", "sends goals to")
+                text = f"{endpoint.origin} of {endpoint.node} {what}, which has no server"
                 severity = Severity.ERROR if strict else Severity.WARNING
                 advised -= 1
-                fix = did_you_mean(endpoint.service, served, none=_NO_SERVER) if advised >= 0 else None
+                fix = (
+                    did_you_mean(action or endpoint.service, names[action is not None], none=_NO_SERVER)
+                    if advised >= 0
+                    else None
+                )
                 yield member.problem("nobody-answers", text, fix, severity)
+
+
+def _actions_among(services: Collection[str]) -> set[str]:
+    return {name.removesuffix(SEND_GOAL) for name in services if name.endswith(SEND_GOAL)}
+
+
+def _action(endpoint: ServiceEndpoint) -> str | None:
+    """Return the action to whose `send_goal` an endpoint belongs."""
+    return endpoint.service.removesuffix(SEND_GOAL) if endpoint.service.endswith(SEND_GOAL) else None
+
+
+def _said(endpoint: ServiceEndpoint, of_service: str, of_action: str) -> str:
+    """Return a word with the name of an endpoint's service, or another one with that of its action."""
+    action = _action(endpoint)
+    return f"{of_service} {endpoint.service}" if action is None else f"{of_action} {action}"
+
+
+def _is_beside_goals(endpoint: ServiceEndpoint) -> bool:
+    """Return whether an endpoint is one of an action's that says no more than its `send_goal`."""
+    return action_of(endpoint.service) is not None and not endpoint.service.endswith(SEND_GOAL)
 
 
 def _spellings(endpoint: Endpoint) -> tuple[str, str]:
@@ -159,7 +189,7 @@ def _type_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
     first: dict[str, Endpoint] = {}
     for member, endpoint in ((each, end) for each in members for end in (*each.publishers, *each.subscriptions)):
         stated = first.setdefault(endpoint.topic, endpoint)
-        if stated.type is not endpoint.type:
+        if stated.type is not endpoint.type and action_of(endpoint.topic) is None:
             yield member.problem(
                 "type-mismatch",
                 f"{endpoint.origin} uses {endpoint.topic} as {type_name(endpoint.type)}, but {stated.origin} "
@@ -199,16 +229,26 @@ def _service_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
     for member in members:
         for endpoint in (*member.servers, *member.clients):
             first = stated.setdefault(endpoint.service, endpoint)
-            if first.type is not endpoint.type:
-                text = f"{endpoint.origin} uses the service {endpoint.service} as {type_name(endpoint.type)}, but "
-                text += f"{first.origin} uses it as {type_name(first.type)}"
+            if first.type is not endpoint.type and not _is_beside_goals(endpoint):
+                what = _said(endpoint, "the service", "the action")
+                text = f"{endpoint.origin} uses {what} as {_type_of(endpoint)}, but "
+                text += f"{first.origin} uses it as {_type_of(first)}"
                 fix = _rename(endpoint, "use one type on both ends")
                 yield member.problem("type-mismatch", text, fix, at=type_place(member, endpoint))
         for endpoint in member.servers:
             first = served.setdefault(endpoint.service, endpoint)
-            if first is not endpoint:
-                text = f"{endpoint.origin} of {endpoint.node} answers {endpoint.service}, which {first.origin} of "
-                yield member.problem("two-servers", f"{text}{first.node} answers already", _rename(endpoint))
+            if first is not endpoint and not _is_beside_goals(endpoint):
+                what, verb = _said(endpoint, "answers", "serves"), "answers" if _action(endpoint) is None else "serves"
+                text = (
+                    f"{endpoint.origin} of {endpoint.node} {what}, which {first.origin} of {first.node} {verb} already"
+                )
+                yield member.problem("two-servers", text, _rename(endpoint))
+
+
+def _type_of(endpoint: ServiceEndpoint) -> str:
+    """Return the name of a service's type, or of the action's of which it is derived."""
+    name = type_name(endpoint.type)
+    return action_type_of(name) or name
 
 
 def _rename(endpoint: ServiceEndpoint, otherwise: str = "") -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING, Any
@@ -32,11 +32,13 @@ from busflow.wire.client.graph_view import GraphView, TopicView, view
 from busflow.wire.client.listener import MOST_BYTES, Listener, Received
 from busflow.wire.client.speaker import Speaker, speaking
 from busflow.wire.zenoh.keys import (
+    ATTACHMENT_BYTES,
     DOMAIN,
     GRAPH,
     PATIENCE,
     QUERY_PREFIX,
     READ_ONLY_QUERIES,
+    REMARKS,
     Attachment,
     Token,
     TokenKind,
@@ -327,11 +329,17 @@ class Peer:
         Raises:
             ServiceError: there is no answer, for one of its reasons.
         """
+        return self.call_with_remark(service, payload, timeout_s=timeout_s)[0]
+
+    def call_with_remark(
+        self, service: ServiceKind, payload: bytes, *, timeout_s: float, gid: bytes = bytes(16)
+    ) -> tuple[bytes, str]:
+        """Call a service as `call_bytes` does, as the client of this gid; return the server's remark too."""
         self.require(f"call {service.name}")
         replies = self.session.get(
-            f"{topic_key(service.name, service.type, service.hash)}?{PATIENCE}={timeout_s}",
+            f"{topic_key(service.name, service.type, service.hash)}?{PATIENCE}={timeout_s};{REMARKS}=1",
             payload=payload,
-            attachment=Attachment(1, 0, bytes(16)).encode(),
+            attachment=Attachment(1, 0, gid).encode(),
             target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=timeout_s,
@@ -339,12 +347,17 @@ class Peer:
         refused = None
         for reply in replies:
             if reply.ok is not None:
-                return reply.ok.payload.to_bytes()
+                beside = b"" if reply.ok.attachment is None else reply.ok.attachment.to_bytes()[ATTACHMENT_BYTES:]
+                return reply.ok.payload.to_bytes(), printable(beside.decode(errors="replace"), limit=400)
             if reply.err is not None:
                 refused = refused or reply.err.payload.to_bytes()
         if refused == _TIMED_OUT:
             raise ServiceTimeout(f"{service.name} did not answer within {timeout_s:g} s")
         raise service_refusal(service.name, "its server", refused or b"")
+
+    def present_client(self, service: ServiceKind) -> AbstractContextManager[Token]:
+        """Show a client of a service to the other processes while the block lasts."""
+        return self._present(TokenKind.CLIENT, service.name, service, _DEFAULT_QOS)
 
     def _replies(self, question: str, arguments: Mapping[str, Any], timeout_s: float) -> Any:
         return self.session.get(
@@ -356,10 +369,11 @@ class Peer:
         )
 
     @contextmanager
-    def _present(self, kind: TokenKind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:
+    def _present(self, kind: TokenKind, topic: str, type_: ForeignType | ServiceKind, qos: str) -> Generator[Token]:
         """Show a node with one endpoint to the other processes."""
         node = Token(self._zid, 0, 0, TokenKind.NODE, "/", self._name)
-        end = Token(self._zid, 0, next(self._ids), kind, "/", self._name, topic, type_.name, type_.type_hash, qos)
+        name, type_hash = (type_.type, type_.hash) if isinstance(type_, ServiceKind) else (type_.name, type_.type_hash)
+        end = Token(self._zid, 0, next(self._ids), kind, "/", self._name, topic, name, type_hash, qos)
         liveliness = self.session.liveliness()
         with liveliness.declare_token(str(node)), liveliness.declare_token(str(end)):
             yield end

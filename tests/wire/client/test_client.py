@@ -1,4 +1,7 @@
-"""A client of a run asks its processes, finds types and services, receives, and calls."""
+"""A client of a run asks its processes, finds types and services, receives, and calls.
+
+Tests of `actions.py` are those of the command that sends goals, `tests/cli/test_action.py`.
+"""
 
 import asyncio
 import threading

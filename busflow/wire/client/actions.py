@@ -1,0 +1,246 @@
+"""Actions of a run as a client of it sees them, and a goal that it sends."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
+
+from __future__ import annotations
+
+import threading
+import uuid
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS, action_of, action_type_of
+from busflow.errors import ActionGone, ActionUnavailable, GoalRejected, NoSuchTarget
+from busflow.interfaces.encoding.description import assemble, rihs01, types_in
+from busflow.text import did_you_mean, printable
+from busflow.wire.client.graph_view import TopicView, is_hidden
+from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, REMARKS, Attachment, topic_key
+
+if TYPE_CHECKING:
+    from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.wire.client.client import Peer, ServiceKind
+    from busflow.wire.client.graph_view import GraphView
+
+_FOREVER_S = 10 * 365 * 86_400
+_LATCHED_S = 2.0
+"""How long to wait for the states that a server keeps."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionView:
+    """An action with the nodes at its ends."""
+
+    name: str
+    types: tuple[str, ...]
+    servers: tuple[str, ...]
+    clients: tuple[str, ...]
+
+    @property
+    def type(self) -> str:
+        """Its type, or those that are in conflict."""
+        return ", ".join(self.types)
+
+
+def actions_of(graph: GraphView) -> dict[str, ActionView]:
+    """Return the actions of a graph by name: those with an end of `send_goal`."""
+    found: dict[str, ActionView] = {}
+    for service in graph.services.values():
+        name = action_of(service.name)
+        if name is not None and service.name == name + SEND_GOAL:
+            types = tuple(action_type_of(each) or each for each in service.types)
+            servers, clients = ([end.node for end in ends] for ends in (service.publishers, service.subscriptions))
+            found[name] = ActionView(name, types, tuple(servers), tuple(clients))
+    return found
+
+
+def action_named(graph: GraphView, name: str) -> ActionView:
+    """Return the action of a name, whose leading slash may be left out.
+
+    Raises:
+        NoSuchTarget: there is none; the message names the nearest.
+    """
+    known, full = actions_of(graph), f"/{name.removeprefix('/')}"
+    if full not in known:
+        near = did_you_mean(full, [each for each in known if not is_hidden(each)], none="no node has one")
+        raise NoSuchTarget(f"there is no action {printable(full)}; {near}")
+    return known[full]
+
+
+class ActionPeer:
+    """A client of one action of a run."""
+
+    def __init__(self, peer: Peer, action: ActionView) -> None:
+        """Learn the action's types.
+
+        Raises:
+            NoSuchTarget: no process of the run says what they are.
+        """
+        self._peer, self.action = peer, action
+        self._send, self._cancel, self._result = (
+            peer.service(action.name + suffix) for suffix in (SEND_GOAL, CANCEL_GOAL, GET_RESULT)
+        )
+        self.goal_type: ForeignType = _part(self._send.request, f"{action.types[0]}_Goal")
+        self.result_type: ForeignType = _part(self._result.response, f"{action.types[0]}_Result")
+
+    @property
+    def feedback_topic(self) -> TopicView:
+        """The topic of the feedback."""
+        return self._topic(FEEDBACK, f"{self.action.types[0]}_FeedbackMessage")
+
+    def _topic(self, suffix: str, type_name: str) -> TopicView:
+        name = self.action.name + suffix
+        return self._peer.graph().topics.get(name) or TopicView(name, (type_name,), (), ())
+
+    @contextmanager
+    def sent(
+        self, goal: Mapping[str, Any], *, timeout_s: float, on_feedback: Callable[[Any], None] | None = None
+    ) -> Generator[PeerGoal]:
+        """Send a goal for the time of a block; the run cancels it when this process is there no more.
+
+        Raises:
+            ActionUnavailable: the action has no server.
+            GoalRejected: the server does not take the goal.
+            ServiceError: there is no answer.
+        """
+        if not self.action.servers:
+            raise ActionUnavailable(f"{self.action.name} has clients only, no server")
+        arrived = threading.Event()
+        goal_id = uuid.uuid4()
+        with self._peer.present_client(self._send) as token:
+            topic = self.feedback_topic
+            if on_feedback is None:
+                self._peer.settle()  # the server's process knows this client before its goal
+                yield self._begin(goal_id, goal, token.gid, arrived, timeout_s)
+                return
+            feedback = self._peer.type(topic.types[0])
+            with self._peer.listen(topic, feedback, on_arrival=arrived.set) as listener:
+                self._peer.settle()
+                going = self._begin(goal_id, goal, token.gid, arrived, timeout_s)
+                going.follow(listener, feedback, on_feedback)
+                yield going
+
+    def _begin(
+        self, goal_id: uuid.UUID, goal: Mapping[str, Any], gid: bytes, arrived: threading.Event, timeout_s: float
+    ) -> PeerGoal:
+        request = self._send.request.encode({"goal_id": _uuid(goal_id), "goal": goal})
+        payload, remark = self._peer.call_with_remark(self._send, request, timeout_s=timeout_s, gid=gid)
+        if not self._send.response.decode(payload)["accepted"]:
+            raise GoalRejected(f"the goal was rejected: {remark or 'the server gives no reason'}")
+        return PeerGoal(self._peer, self, self._result, goal_id, gid, arrived)
+
+    def cancel(self, goal_id: uuid.UUID | None, *, timeout_s: float) -> tuple[int, list[str]]:
+        """Cancel one goal, or all; return ROS 2's code and the identifiers of those that end now."""
+        info = {"goal_id": _uuid(goal_id or uuid.UUID(int=0))}
+        answer = self._peer.call(self._cancel, {"goal_info": info}, timeout_s=timeout_s)
+        return answer["return_code"], [_text(each["goal_id"]) for each in answer["goals_canceling"]]
+
+    def goals(self) -> list[dict[str, Any]]:
+        """Return the goals whose states the servers keep: `{id, state, accepted_ns}`, in their order."""
+        topic = self._topic(STATUS, "action_msgs/msg/GoalStatusArray")
+        type_, found = self._peer.type("action_msgs/msg/GoalStatusArray"), dict[str, dict[str, Any]]()
+        with self._peer.listen(topic, type_) as listener:
+            for _ in topic.publishers:
+                received = listener.get(_LATCHED_S)
+                for each in () if received is None else type_.decode(received.payload)["status_list"]:
+                    stamp = each["goal_info"]["stamp"]
+                    accepted_ns = stamp["sec"] * 1_000_000_000 + stamp["nanosec"]
+                    goal_id = _text(each["goal_info"]["goal_id"])
+                    found[goal_id] = {"id": goal_id, "state": each["status"], "accepted_ns": accepted_ns}
+        return list(found.values())
+
+
+class PeerGoal:
+    """A goal that a client of a run has sent."""
+
+    def __init__(
+        self,
+        peer: Peer,
+        action: ActionPeer,
+        results: ServiceKind,
+        goal_id: uuid.UUID,
+        gid: bytes,
+        arrived: threading.Event,
+    ) -> None:
+        """Ask for the result of a goal that was accepted."""
+        self.id: uuid.UUID = goal_id
+        self.remark: str = ""
+        """Why it did not succeed, if the server says so."""
+        self._peer, self._action, self._arrived = peer, action, arrived
+        self._results, self._answer = results, list[zenoh.Sample | None]()
+        self._drain: Callable[[], None] = lambda: None
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                self._answer.append(reply.ok)
+                arrived.set()
+
+        def end() -> None:
+            self._answer.append(None)
+            arrived.set()
+
+        peer.session.get(
+            f"{topic_key(results.name, results.type, results.hash)}?{REMARKS}=1",
+            zenoh.handlers.Callback(on_reply, drop=end, indirect=False),
+            payload=results.request.encode({"goal_id": _uuid(goal_id)}),
+            attachment=Attachment(1, 0, gid).encode(),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=_FOREVER_S,
+        )
+
+    def follow(self, listener: Any, type_: ForeignType, on_feedback: Callable[[Any], None]) -> None:
+        """Call back with the feedback on this goal, as `result` waits."""
+
+        def drain() -> None:
+            while (received := listener.get(0)) is not None:
+                message: Any = type_.decode(received.payload)
+                if _text(message["goal_id"]) == str(self.id):
+                    on_feedback(message["feedback"])
+
+        self._drain = drain
+
+    def result(self) -> tuple[int, Any]:
+        """Wait until the goal has ended; return its state and its result.
+
+        Raises:
+            ActionGone: the server is there no more.
+            RunEnded: the run has ended.
+        """
+        while not self._answer:
+            if not self._arrived.wait(1.0):
+                self._peer.require_run()
+            self._arrived.clear()
+            self._drain()
+        self._drain()
+        sample = self._answer[0]
+        if sample is None:
+            raise ActionGone(f"{self._action.action.name}: its server ended before the goal {self.id} had")
+        attachment = b"" if sample.attachment is None else sample.attachment.to_bytes()
+        self.remark = printable(attachment[ATTACHMENT_BYTES:].decode(errors="replace"), limit=400)
+        answer: Any = self._results.response.decode(sample.payload.to_bytes())
+        return answer["status"], answer["result"]
+
+    def cancel(self, *, timeout_s: float) -> None:
+        """Ask the server to cancel the goal."""
+        self._action.cancel(self.id, timeout_s=timeout_s)
+
+
+def _part(whole: ForeignType, name: str) -> ForeignType:
+    """Return one of the types within another."""
+    from busflow.interfaces.encoding.foreign import ForeignType
+
+    description: Any = assemble(name, types_in(whole.description))  # type: ignore[arg-type]  # of ROS 2's form
+    return ForeignType(name, rihs01(description), description)
+
+
+def _uuid(goal_id: uuid.UUID) -> dict[str, list[int]]:
+    return {"uuid": list(goal_id.bytes)}
+
+
+def _text(goal_id: Mapping[str, Any]) -> str:
+    return str(uuid.UUID(bytes=bytes(goal_id["uuid"])))
