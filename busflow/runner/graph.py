@@ -104,7 +104,6 @@ class Graph:
         self._begun = ExitStack()
         """Stack that ends the extensions that have begun, the last one first."""
         self.failures: list[Failure] = []
-        """The failures of nodes, the first one first."""
         self.strict = strict
         self.embedded = embedded
         """Whether a program is around it, which may publish what no node does; used by busflow itself."""
