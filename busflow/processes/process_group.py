@@ -321,7 +321,7 @@ class ProcessGroup(Extension):
         """End the worker processes when the graph ends, the last one first, and kill those that exceed their time."""
         await self._graph.ending.wait()
         for member in reversed(self.members):
-            member.ask_to_stop()
+            member.ask_to_stop(self._graph.exit_code)
         await asyncio.sleep(0)
         loop = asyncio.get_running_loop()
         for member in self.members:

@@ -79,6 +79,8 @@ class _Orders:
     def __init__(self, leash: int) -> None:
         self.snapshots: SnapshotShare | None = None
         """Writes the snapshots that are ordered."""
+        self.code: ExitCode | None = None
+        """The exit code of the run, which the main process sends before the SIGTERM."""
         self._leash = leash
         threading.Thread(target=self._read, name="busflow.main", daemon=True).start()
 
@@ -86,8 +88,11 @@ class _Orders:
         with suppress(OSError), os.fdopen(self._leash, "rb", buffering=0) as stream:
             while line := stream.readline(_ORDER_BYTES):
                 with suppress(ValueError, LookupError, TypeError):  # half a line, of a main process that was killed
-                    order = json.loads(line)["snapshot"]
-                    if self.snapshots is not None:
+                    order = json.loads(line)
+                    if "end" in order:
+                        self.code = ExitCode(order["end"])
+                    elif self.snapshots is not None:
+                        order = order["snapshot"]
                         self.snapshots.order(Path(order["path"]), str(order["reason"]))
         os.kill(os.getpid(), signal.SIGTERM)
 
@@ -124,7 +129,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
         prints_failures=assignment.prints_failures,
         watchdog_s=assignment.watchdog_s,
     )
-    graph.attach(_Part(graph, assignment, writer))
+    graph.attach(_Part(graph, assignment, writer, orders))
     if assignment.record is not None:
         _record(graph, assignment.record, writer, orders)
     plan = graph.plan()
@@ -172,8 +177,8 @@ def _give_way(graph: Graph, nice: int) -> None:
 class _Part(Extension):
     """Extension that joins this process to the run: nodes wait for other processes, and the main one gets reports."""
 
-    def __init__(self, graph: Graph, assignment: Assignment, writer: PipeWriter) -> None:
-        self._graph, self._writer, self._others = graph, writer, assignment.others
+    def __init__(self, graph: Graph, assignment: Assignment, writer: PipeWriter, orders: _Orders) -> None:
+        self._graph, self._writer, self._orders, self._others = graph, writer, orders, assignment.others
         self._membership = Membership(
             graph,
             Path(assignment.directory),
@@ -197,6 +202,8 @@ class _Part(Extension):
             await barrier.passed(self._others, unless=self._graph.ending)
         yield
         reporting.cancel()
+        if self._graph.exit_code is ExitCode.TERMINATED and self._orders.code is not None:
+            self._graph.exit_code = self._orders.code  # a recording's ledger has the end of the run, not of its share
 
     def end(self) -> None:
         """Leave the run."""

@@ -247,9 +247,10 @@ class WorkerProcess:
             self._log.error(f"the process {self.name} is {limit}")
         return pause_s
 
-    def ask_to_stop(self) -> None:
-        """Ask the process to end, without a restart."""
+    def ask_to_stop(self, code: int) -> None:
+        """Ask the process to end, without a restart, since the run ends with this exit code."""
         self._stopping.set()
+        self.order(end=int(code))
         if self.child is not None:
             self.child.terminate()
 

@@ -53,6 +53,7 @@ def test_recording_matches_report_without_duplicates(tmp_path, monkeypatch, caps
     with Bag("run/sensors.mcap") as bag:
         own = {channel.topic for channel in bag.channels if channel.count}
         assert own & published.keys() == {"/imu/data", "/joint_states"}
+        assert bag.ledger.report["exit_code"] == 0
 
 
 @pytest.mark.long
