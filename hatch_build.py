@@ -10,7 +10,7 @@ import ast
 import json
 import sys
 from collections.abc import Mapping
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any, cast
 
@@ -26,6 +26,7 @@ from busflow.interfaces.encoding.description import (  # noqa: E402  # as above
     Field,
     IndividualDescription,
     array_text,
+    constant,
     default_text,
     individual,
     written,
@@ -112,11 +113,16 @@ def _description(name: str, declared: ast.ClassDef, homes: Mapping[str, str]) ->
         name,
         [_field(each, name, homes).describe() for each in statements if not _is_constant(each)],
         [
-            {"name": ast.unparse(each.target), "type": _constant_type(each), "value": written(_value(each))}
+            constant(ast.unparse(each.target), _constant_type(each), written(_value(each)), _above(each, statements))
             for each in statements
             if _is_constant(each)
         ],
     )
+
+
+def _above(statement: ast.AnnAssign, statements: list[ast.AnnAssign]) -> int:
+    """The number of fields above a constant."""
+    return sum(not _is_constant(each) for each in takewhile(lambda each: each is not statement, statements))
 
 
 def _comments(declared: ast.ClassDef) -> dict[str, Any]:

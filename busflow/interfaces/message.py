@@ -219,6 +219,8 @@ class Constant:
     name: str
     base: str
     value: bool | int | float | str
+    above: int
+    """The number of fields that stand above it."""
 
 
 def type_name(cls: type[Message | ServiceType]) -> str:
@@ -304,8 +306,10 @@ def _become_constructor(cls: type[Message], made: Any) -> None:
 
 def _constants(cls: type[Message]) -> Iterator[Constant]:
     """Yield the class variables whose annotation is a ROS type."""
+    above = 0
     for name, annotation in written_annotations(cls).items():
         if name.startswith("_") or "ClassVar" not in str(annotation):
+            above += name in cls.model_fields
             continue
         # Only a class may have class variables, and one at a time shows which of them is not known.
         stand_in = type(cls.__name__, (), {"__annotations__": {name: annotation}, "__module__": cls.__module__})
@@ -313,7 +317,7 @@ def _constants(cls: type[Message]) -> Iterator[Constant]:
             (hint,) = get_args(get_type_hints(stand_in, include_extras=True)[name]) or (None,)
             primitive = next((each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Primitive)), None)
             if primitive is not None:
-                yield Constant(name, primitive.name, primitive.check(getattr(cls, name)))
+                yield Constant(name, primitive.name, primitive.check(getattr(cls, name)), above)
         except (NameError, AttributeError, ValueError) as error:
             raise InvalidDeclaration(f"{cls.__name__}.{name}: {error}") from None
         if primitive is not None and not _CONSTANT_NAME.fullmatch(name):

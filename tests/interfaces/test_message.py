@@ -452,14 +452,17 @@ def test_constants_are_class_variables_of_a_ros_type():
         helper: ClassVar[int] = 3
         COUNT: ClassVar[int] = 3
         level: uint8 = 0
+        LIMIT: ClassVar[uint8] = 9
+        limit: uint8 = 0
 
     assert constants_of(Level) == (
-        Constant("OK", "uint8", 0),
-        Constant("WORST", "int8", -128),
-        Constant("UNIT", "string", "m"),
+        Constant("OK", "uint8", 0, 0),
+        Constant("WORST", "int8", -128, 0),
+        Constant("UNIT", "string", "m", 0),
+        Constant("LIMIT", "uint8", 9, 1),
     )
     assert Level.WORST == -128
-    assert [field.name for field in fields_of(Level)] == ["level"]
+    assert [field.name for field in fields_of(Level)] == ["level", "limit"]
 
 
 def test_a_constant_out_of_range_is_refused():

@@ -96,6 +96,8 @@ class ConstantDescription(TypedDict):
     name: str
     type: str
     value: str
+    above: NotRequired[int]
+    """The number of fields that stand above it, if there are any."""
 
 
 class IndividualDescription(TypedDict):
@@ -351,21 +353,24 @@ def _individual(value: object, path: KeyPath) -> IndividualDescription:
         raise _refused("a type has one field at least", path)
     if len({field["name"] for field in fields}) != len(fields):
         raise _refused("two fields have one name", path)
-    constants = [
-        ConstantDescription(name=name, type=kind, value=text)
-        for name, kind, text in _constants(given.get("constants", []), (*path, "constants"))
-    ]
+    constants = list(_constants(given.get("constants", []), (*path, "constants")))
     return individual(_word(given.get("type_name"), _TYPE_NAME, (*path, "type_name")), fields, constants)
 
 
-def _constants(value: object, path: KeyPath) -> Iterator[tuple[str, str, str]]:
+def constant(name: str, kind: str, value: str, above: int) -> ConstantDescription:
+    """Return the description of a constant."""
+    described: ConstantDescription = {"name": name, "type": kind, "value": value}
+    return {**described, "above": above} if above else described
+
+
+def _constants(value: object, path: KeyPath) -> Iterator[ConstantDescription]:
     for index, each in enumerate(_list(value, path)):
         given = _mapping(each, (*path, index))
         name = _word(given.get("name"), _FIELD_NAME, (*path, index, "name"))
         kind, text = given.get("type", ""), given.get("value")
         if not isinstance(kind, str) or kind not in PRIMITIVES or not isinstance(text, str):
             raise _refused("a constant has a primitive type and a value in text", (*path, index))
-        yield name, kind, text
+        yield constant(name, kind, text, _number(given.get("above", 0), (*path, index, "above")))
 
 
 def _checked_field(value: object, path: KeyPath) -> FieldDescription:

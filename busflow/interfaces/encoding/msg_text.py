@@ -5,6 +5,8 @@ The types inside follow, each after a line of 80 `=` and its name. `busflow.defi
 
 from __future__ import annotations
 
+from operator import itemgetter
+
 from busflow.interfaces.encoding.description import (
     Count,
     Field,
@@ -28,12 +30,14 @@ def ros2msg(description: TypeDescription) -> str:
 
 
 def _text(described: IndividualDescription) -> str:
-    """Return a type in the lines of a `.msg` file, its constants first."""
-    constants = [f"{each['type']} {each['name']}={each['value']}\n" for each in described.get("constants", [])]
+    """Return a type in the lines of a `.msg` file, in the order in which they were written."""
     fields = () if is_empty(described) else fields_of(described)
-    return "".join(
-        [*constants, *(f"{type_text(field)} {field.name} {field.default}".rstrip() + "\n" for field in fields)]
-    )
+    lines = [(index, f"{type_text(field)} {field.name} {field.default}".rstrip()) for index, field in enumerate(fields)]
+    lines += [
+        (each.get("above", 0) - 0.5, f"{each['type']} {each['name']}={each['value']}")
+        for each in described.get("constants", [])
+    ]
+    return "".join(f"{line}\n" for _, line in sorted(lines, key=itemgetter(0)))
 
 
 def type_text(field: Field, package: str = "") -> str:

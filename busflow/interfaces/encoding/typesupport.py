@@ -20,6 +20,7 @@ from busflow.interfaces.encoding.description import (
     TypeDescription,
     array_text,
     assemble,
+    constant,
     default_text,
     individual,
     rihs01,
@@ -210,7 +211,7 @@ def _describe_all(cls: type[Message], types: dict[str, IndividualDescription]) -
     types[name] = individual(
         name,
         [field.describe() for field in described_fields(cls)],
-        [{"name": each.name, "type": each.base, "value": written(each.value)} for each in constants_of(cls)],
+        [constant(each.name, each.base, written(each.value), each.above) for each in constants_of(cls)],
     )
     for field in fields_of(cls):
         if not isinstance(field.base, str):

@@ -73,10 +73,11 @@ class Range(Message, package="sensor_msgs"):
     A ranger that only tells whether something is within a fixed distance has `min_range` equal to `max_range`.
     """
 
+    header: Header = Header()
+
     ULTRASOUND: ClassVar[uint8] = 0
     INFRARED: ClassVar[uint8] = 1
 
-    header: Header = Header()
     radiation_type: uint8 = 0
     """What is sent out: one of the constants."""
     field_of_view: float32 = 0.0

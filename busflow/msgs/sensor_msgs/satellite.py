@@ -15,24 +15,20 @@ class NavSatStatus(Message, package="sensor_msgs"):
     STATUS_SBAS_FIX: ClassVar[int8] = 1  # with the help of further satellites
     STATUS_GBAS_FIX: ClassVar[int8] = 2  # with the help of stations on the ground
 
+    status: int8 = -2
+
     SERVICE_UNKNOWN: ClassVar[uint16] = 0
     SERVICE_GPS: ClassVar[uint16] = 1
     SERVICE_GLONASS: ClassVar[uint16] = 2
     SERVICE_COMPASS: ClassVar[uint16] = 4  # BeiDou too
     SERVICE_GALILEO: ClassVar[uint16] = 8
 
-    status: int8 = -2
     service: uint16 = 0
     """The SERVICE constants of the systems used, added up."""
 
 
 class NavSatFix(Message, package="sensor_msgs"):
     """A position on the earth, by the WGS 84 ellipsoid."""
-
-    COVARIANCE_TYPE_UNKNOWN: ClassVar[uint8] = 0
-    COVARIANCE_TYPE_APPROXIMATED: ClassVar[uint8] = 1
-    COVARIANCE_TYPE_DIAGONAL_KNOWN: ClassVar[uint8] = 2
-    COVARIANCE_TYPE_KNOWN: ClassVar[uint8] = 3
 
     header: Header = Header()
     """`frame_id` is the antenna's frame on the vehicle."""
@@ -45,5 +41,11 @@ class NavSatFix(Message, package="sensor_msgs"):
     """m above the ellipsoid; NaN where unknown."""
     position_covariance: Annotated[Float64Array, Length(9)] = zeros(9)
     """3 × 3 by rows: east, north, up, m²."""
+
+    COVARIANCE_TYPE_UNKNOWN: ClassVar[uint8] = 0
+    COVARIANCE_TYPE_APPROXIMATED: ClassVar[uint8] = 1
+    COVARIANCE_TYPE_DIAGONAL_KNOWN: ClassVar[uint8] = 2
+    COVARIANCE_TYPE_KNOWN: ClassVar[uint8] = 3
+
     position_covariance_type: uint8 = 0
     """How much of the covariance is known: one of the constants."""

@@ -71,3 +71,13 @@ def test_a_definition_as_recordings_hold_it():
         "builtin_interfaces/Time stamp\n"
         "string frame_id\n"
     )
+
+
+def test_constants_stand_where_ros_writes_them():
+    lines = ros2msg(describe(find_type("sensor_msgs/NavSatStatus"))).splitlines()
+    assert [line.split("=")[0].split()[1] for line in lines[4:8]] == [
+        "STATUS_GBAS_FIX",
+        "status",
+        "SERVICE_UNKNOWN",
+        "SERVICE_GPS",
+    ]

@@ -17,6 +17,8 @@ _EXAMPLES = """\b
 Examples:
   busflow foxglove
   busflow foxglove --run lab1 --topics 'imu/*' joint_states --read-only"""
+_DISTRO = "jazzy"
+"""The distribution of ROS 2 whose standard types these are; viewers then offer all of them for publishing."""
 _APP = "https://app.foxglove.dev/~/view?ds=foxglove-websocket&ds.url="
 
 
@@ -76,7 +78,7 @@ async def _serve(
     from busflow_ui.foxglove.door import Door
 
     bridge = Bridge(peer, topics, print_message=tell)
-    terms = Terms(read_only)
+    terms = Terms(read_only, metadata={"ROS_DISTRO": _DISTRO})
     door = Door(admission, lambda connection: bridge.serve(connection, terms), print_message=tell)
     try:
         port = await door.open(host, port)

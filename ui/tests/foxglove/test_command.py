@@ -228,6 +228,7 @@ def test_every_topic_is_a_channel_with_its_definition(served: Served):
     assert channel["schema"] == TypeSupport(Imu).definition
     assert client.socket.subprotocol == "foxglove.sdk.v1"
     assert client.info["name"] == "busflow: lab1"
+    assert client.info["metadata"]["ROS_DISTRO"] == "jazzy"  # by which Lichtblick knows the standard types
 
 
 def test_messages_are_sent_as_the_runs_own_bytes(served: Served, lab1: Any, monkeypatch: Any):
