@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
@@ -13,6 +14,7 @@ from busflow.interfaces.encoding.description import (
     Field,
     IndividualDescription,
     action_types,
+    constant,
     individual,
     service_types,
 )
@@ -92,10 +94,11 @@ class MessageDefinition:
 
     def describe(self) -> IndividualDescription:
         """Return it in ROS 2's form."""
+        lines = [each.place.line for each in self.fields]
         return individual(
             self.name,
             [each.field.describe() for each in self.fields],
-            [{"name": each.name, "type": each.base, "value": each.text} for each in self.constants],
+            [constant(each.name, each.base, each.text, bisect(lines, each.place.line)) for each in self.constants],
         )
 
 
