@@ -42,6 +42,13 @@ def test_page_has_what_the_projects_ask_for():
     assert asked_for() <= {name.lower() for name in LICENCES}
 
 
+def test_notice_has_the_origin_of_every_message_package():
+    notice = (PROJECT / "NOTICE").read_text("utf-8")
+    packages = {path.stem for path in (PROJECT / "busflow/msgs").iterdir() if not path.name.startswith("_")}
+    assert len(packages) > 15
+    assert {name for name in packages if not re.search(rf"\b{name}\b", notice)} == set()
+
+
 @pytest.mark.long  # not slow, but for the versions of .ci/locked.txt: a new one may word its licence anew
 @pytest.mark.parametrize("name", LICENCES)
 def test_licence_is_that_of_the_metadata(name: str):
