@@ -1,8 +1,9 @@
-"""A browser that shows `busflow ui` on a run of the project's lab with one more node; both are shared by all tests.
+"""A browser that shows `busflow ui` on a run of the lab with one more node; all tests of the folder share both.
 
 Without a browser on this machine the tests are skipped, unless CI says that there has to be one.
 """
 
+import base64
 import os
 import shutil
 import tempfile
@@ -25,23 +26,39 @@ OPTIONS = [
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--disable-background-networking"),
     *("--disable-component-update", "--disable-sync", "--no-first-run", "--disable-default-apps"),
 ]
+JPEG = base64.b64decode(
+    "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDABsSFBcUERsXFhceHBsgKEIrKCUlKFE6PTBCYFVlZF9VXVtqeJmBanGQc1tdhbWGkJ6jq62rZ4C8ybqm"
+    "x5moq6T/2wBDARweHigjKE4rK06kbl1upKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKT/wAARCAAI"
+    "ABADASIAAhEBAxEB/8QAFQABAQAAAAAAAAAAAAAAAAAAAAX/xAAUEAEAAAAAAAAAAAAAAAAAAAAA/8QAFQEBAQAAAAAAAAAAAAAAAAAABAb/xAAU"
+    "EQEAAAAAAAAAAAAAAAAAAAAA/9oADAMBAAIRAxEAPwCcAIon/9k="
+)
+"""A red picture of 16 × 8 pixels."""
 ODD = f'''
 """A node that loses messages, and writes what a page must not take for its own."""
 
+import time
+
 from busflow import Node, Parameters, QoS, publisher, subscription, timer
-from busflow.msgs.std_msgs import String
+from busflow.msgs.geometry_msgs import Twist
+from busflow.msgs.sensor_msgs import CompressedImage, Image
+from busflow.msgs.std_msgs import Float64, String
 
 
 class OddParameters(Parameters):
     burst: int = 1
     note: str = {MARKUP!r}
+    blocked_s: float = 0.0
 
 
 class Odd(Node):
-    """Publishes bursts into a queue of one message."""
+    """Publishes bursts into a queue of one message, and pictures, and how it is driven."""
 
     parameters: OddParameters
     out = publisher(String, "odd/burst")
+    jpeg = publisher(CompressedImage, "odd/jpeg")
+    raw = publisher(Image, "odd/raw")
+    driven = publisher(Float64, "odd/driven")
+    blocked_s = 0.0
 
     async def start(self) -> None:
         self.log.warning({MARKUP!r})
@@ -51,16 +68,33 @@ class Odd(Node):
         for number in range(self.parameters.burst):
             self.out.publish(String(data=f"{{self.parameters.note}} {{number}}"))
 
+    @timer(0.5)
+    def show(self) -> None:
+        self.jpeg.publish(CompressedImage(format="jpeg", data={JPEG!r}))
+        self.raw.publish(Image(height=2, width=3, encoding="rgb8", step=9, data=bytes([0, 0, 255] * 6)))
+
+    @timer(0.1)
+    def block(self) -> None:
+        """Block the event loop, once for each value."""
+        if self.parameters.blocked_s != self.blocked_s:
+            self.blocked_s = self.parameters.blocked_s
+            time.sleep(self.blocked_s)
+
     @subscription("odd/burst", qos=QoS(depth=1))
     def on_burst(self, message: String) -> None:
         """Do nothing."""
+
+    @subscription("cmd_vel")
+    def drive(self, twist: Twist) -> None:
+        self.driven.publish(Float64(data=twist.linear.x))
 '''
 
 
 class Stage:
     """A run of the lab, `busflow ui` beside it, and the browser that shows it."""
 
-    def __init__(self, folder: Path, browser: Any) -> None:
+    def __init__(self, folder: Path, browser: Any, lasting: set[int]) -> None:
+        self._lasting = lasting
         runs, self.folder, self.browser = folder / "runs", folder / "lab", browser
         runs.mkdir(mode=0o700)
         folder = self.folder
@@ -84,6 +118,7 @@ class Stage:
         if self.run is not None:
             self.run.stop()
         self.run = self.place.run(self.folder, "lab1.yaml")
+        self._lasting.add(self.run.process.pid)
         self.run.wait_for("All sensors operational")
 
     def opened(self, shown: Shown, token: str | None = None) -> Any:
@@ -109,7 +144,7 @@ class Stage:
             self.run.stop()
 
 
-@pytest.fixture(scope="module")  # while it is there, its event loop runs in this thread, and no other test's can
+@pytest.fixture(scope="package")  # while it is there, its event loop runs in this thread, and no other test's can
 def browser() -> Iterator[Any]:
     """Chromium, as Debian and others install it."""
     sync_api: Any = pytest.importorskip("playwright.sync_api")
@@ -123,11 +158,11 @@ def browser() -> Iterator[Any]:
         found.close()
 
 
-@pytest.fixture(scope="module")
-def stage(browser: Any, built_page: Path) -> Iterator[Stage]:
+@pytest.fixture(scope="package")
+def stage(browser: Any, built_page: Path, lasting: set[int]) -> Iterator[Stage]:
     assert built_page.is_dir()
     with tempfile.TemporaryDirectory(prefix="busflow-") as path:
-        found = Stage(Path(path), browser)
+        found = Stage(Path(path), browser, lasting)
         yield found
         found.close()
 

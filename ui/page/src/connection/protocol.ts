@@ -39,7 +39,17 @@ export interface OfferedService {
 
 export type StatusLevel = 0 | 1 | 2;
 
+/** What has changed in the graph: the nodes of each named topic or service, and names that have gone. */
+export interface ConnectionGraphUpdate {
+  readonly publishedTopics?: readonly { readonly name: string; readonly publisherIds: readonly string[] }[];
+  readonly subscribedTopics?: readonly { readonly name: string; readonly subscriberIds: readonly string[] }[];
+  readonly advertisedServices?: readonly { readonly name: string; readonly providerIds: readonly string[] }[];
+  readonly removedTopics?: readonly string[];
+  readonly removedServices?: readonly string[];
+}
+
 export type TextMessage =
+  | ({ readonly op: "connectionGraphUpdate" } & ConnectionGraphUpdate)
   | ({ readonly op: "serverInfo" } & ServerInfo)
   | { readonly op: "status"; readonly level: StatusLevel; readonly message: string; readonly id?: string }
   | { readonly op: "removeStatus"; readonly statusIds: readonly string[] }

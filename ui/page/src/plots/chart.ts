@@ -284,9 +284,9 @@ export class Chart {
   }
 }
 
-/** Whether a line has more points than columns of pixels. */
-function isDense({ count }: Thinned, { width }: uPlot.BBox): boolean {
-  return count > width;
+/** Whether a line has more points than columns of pixels; a panel may be too small to have any. */
+function isDense({ count }: Thinned, { width, height }: uPlot.BBox): boolean {
+  return width >= 1 && height >= 1 && count > width;
 }
 
 /** Returns the path of a line's thinned points, broken at its gaps; where they stand far apart, a dot for each. */

@@ -33,7 +33,9 @@ export class DenseLines {
     });
   }
 
-  begin({ width, height }: Frame): void {
+  /** Begins a picture of whole pixels, which the frame need not have where the screen is scaled. */
+  begin(frame: Frame): void {
+    const [width, height] = [Math.round(frame.width), Math.round(frame.height)];
     if (this.#bitmap.begin(width, height)) {
       [this.#canvas.width, this.#canvas.height] = [width, height];
       this.#image = new ImageData(this.#bitmap.bytes, width, height);
@@ -52,7 +54,7 @@ export class DenseLines {
   show(context: CanvasRenderingContext2D, { left, top }: Frame): void {
     if (this.#isEmpty || this.#image === undefined || this.#context === null) return;
     this.#context.putImageData(this.#image, 0, 0);
-    context.drawImage(this.#canvas, left, top);
+    context.drawImage(this.#canvas, Math.round(left), Math.round(top));
   }
 }
 

@@ -1,11 +1,12 @@
 /** Session: everything the page knows of the run it looks at, as signals, fed by one connection. */
-import { computed, signal, type ReadonlySignal } from "@preact/signals";
+import { computed, signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import { Connection, type ConnectionState, type Socket } from "../connection/connection";
-import type { ServerInfo, ServerMessage, StatusLevel } from "../connection/protocol";
+import type { ConnectionGraphUpdate, ServerInfo, ServerMessage, StatusLevel } from "../connection/protocol";
 import { Questions } from "../connection/questions";
 import { Services } from "../connection/services";
 import { Topics } from "../connection/topics";
 import type { AssistantState, Finding, Graph, LogLine, RecordingTime, Run } from "../connection/answers";
+import { ConnectionGraph } from "./connection_graph";
 import { followed } from "./followed";
 import { Rates, type RateTable } from "./rates";
 
@@ -58,6 +59,10 @@ export class Session {
   /** How often parameters of each node were set while somebody reads this; by the node's name. */
   readonly parameterChanges: ReadonlySignal<ReadonlyMap<string, number>>;
   readonly #parameterChanges;
+  /** The graph of a server that answers no questions of busflow's; another object with each change. */
+  readonly #connections: Signal<ConnectionGraph | null>;
+  #isGraphFollowed = false;
+  readonly #connectionGraph = new ConnectionGraph();
   #isParametersFollowed = false;
   #statusIds = 0;
 
@@ -76,10 +81,19 @@ export class Session {
     });
     this.parameterChanges = this.#parameterChanges;
     const rates = new Rates();
-    this.graph = followed(this.questions, "graph", null as GraphState | null, (_, graph) => ({
+    const runGraph = followed(this.questions, "graph", null as GraphState | null, (_, graph) => ({
       graph,
       rates: rates.update(graph),
     }));
+    this.#connections = signal<ConnectionGraph | null>(null, {
+      watched: () => this.#followConnections(true),
+      unwatched: () => this.#followConnections(false),
+    });
+    this.graph = computed(() => {
+      if (this.answersQuestions.value || this.#server.value === null) return runGraph.value;
+      const connections = this.#connections.value;
+      return connections && { graph: connections.graph(this.topics.channels.value), rates: new Map() };
+    });
     let lines = 0;
     this.log = followed(this.questions, "log", [] as readonly LogEntry[], (before, answer, isFirst) => {
       const added = answer.lines.map((line) => ({ ...line, key: (lines += 1) }));
@@ -127,6 +141,22 @@ export class Session {
     this.#statuses.value = this.#statuses.value.filter((status) => status.key !== key);
   }
 
+  /** Whether the server says which nodes there are. */
+  readonly hasGraph = computed(
+    () => this.answersQuestions.value || (this.#server.value?.capabilities.includes("connectionGraph") ?? false),
+  );
+
+  #followConnections(on: boolean): void {
+    this.#isGraphFollowed = on;
+    if (this.answersQuestions.peek() || !this.hasGraph.peek()) return;
+    this.#connection.send({ op: on ? "subscribeConnectionGraph" : "unsubscribeConnectionGraph" });
+  }
+
+  #onConnections(update: ConnectionGraphUpdate): void {
+    this.#connectionGraph.update(update);
+    this.#connections.value = this.#connectionGraph.copy();
+  }
+
   #followParameters(on: boolean): void {
     this.#isParametersFollowed = on;
     const op = on ? "subscribeParameterUpdates" : "unsubscribeParameterUpdates";
@@ -147,10 +177,12 @@ export class Session {
       this.topics.opened();
       if (this.#isParametersFollowed) this.#followParameters(true);
       if (this.answersQuestions.value) this.questions.opened();
+      else if (this.#isGraphFollowed) this.#followConnections(true);
     } else if (wasOpen) {
       this.topics.ended();
       this.services.ended();
       this.questions.ended();
+      this.#connectionGraph.clear(); // the next connection begins with all of it
       this.#statuses.value = [];
     }
   }
@@ -159,6 +191,7 @@ export class Session {
     if (message.op === "serverInfo") this.#server.value = message;
     else if (message.op === "status") this.#addStatus(message.level, message.message, message.id);
     else if (message.op === "parameterValues") this.#onParameters(message.parameters.map(({ name }) => name));
+    else if (message.op === "connectionGraphUpdate") this.#onConnections(message);
     else if (message.op === "removeStatus") {
       const gone = new Set(message.statusIds);
       this.#statuses.value = this.#statuses.value.filter((status) => !gone.has(status.key));

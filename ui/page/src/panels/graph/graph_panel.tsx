@@ -49,11 +49,16 @@ export function GraphPanel({ session, settings, onSettings }: PanelProps) {
   if (state === null) {
     return (
       <div class="empty" aria-busy={session.isOpen.value}>
-        <strong>{session.isOpen.value ? "Reading the graph" : "Not connected"}</strong>
+        <strong>{nothingText(session)}</strong>
       </div>
     );
   }
   return <LiveGraph session={session} settings={settings} onSettings={onSettings} state={state} />;
+}
+
+function nothingText({ isOpen, hasGraph }: PanelProps["session"]): string {
+  if (!isOpen.value) return "Not connected";
+  return hasGraph.value ? "Reading the graph" : "This server does not say which nodes there are";
 }
 
 function LiveGraph({ session, settings, onSettings, state }: PanelProps & { readonly state: GraphState }) {

@@ -1,0 +1,310 @@
+"""What a person does in the panels of the page, and what comes of it in the run of the lab."""
+
+import http.server
+import json
+import re
+import struct
+import threading
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ui.tests.browser.conftest import Stage
+from ui.tests.browser.test_browser import Keep, parameter
+from ui.tests.page_server.conftest import Page, Shown
+
+FIELD = "imu/data.linear_acceleration.z"
+
+
+@pytest.fixture
+def peer(stage: Stage) -> Iterator[Page]:
+    """Another page on the same run, which this test reads as frames."""
+    with stage.shown.pages:
+        found = stage.shown.page()
+        found.until(lambda _: "/odd/driven" in found.channels)
+        yield found
+
+
+def opened_node(stage: Stage, name: str) -> Any:
+    """The details of a node, chosen in the list beside the graph."""
+    main = stage.view("Graph")
+    back = main.locator(".details-back")
+    if back.count():
+        back.click()
+    main.locator(".graph-list .row", has_text=name).first.click()
+    main.locator(".details h2", has_text=name).wait_for()
+    return main.locator(".details")
+
+
+# Nodes.
+
+
+def test_a_node_is_stopped_and_started(stage: Stage):
+    details = opened_node(stage, "/odd")
+    details.get_by_role("button", name="Stop", exact=True).click()
+    details.locator(".node-state", has_text="stopped by hand").wait_for()
+    details.get_by_role("button", name="Start", exact=True).click()
+    details.locator(".node-state", has_text="running").wait_for()
+
+
+def test_a_node_is_restarted(stage: Stage, peer: Page):
+    details = opened_node(stage, "/odd")
+    details.get_by_role("button", name="Restart", exact=True).click()
+    details.locator(".said", has_text="It restarts.").wait_for()
+    peer.follow("log")
+    peer.update("log", lambda answer: sum("<img src=x" in line["text"] for line in answer["lines"]) > 1)
+    details.locator(".node-state", has_text="running").wait_for()
+
+
+def test_a_log_level_reaches_the_node(stage: Stage):
+    details = opened_node(stage, "/odd")
+    details.get_by_label("Log level").select_option("debug")
+    details.locator(".said", has_text="It logs from debug on.").wait_for()
+
+
+def test_a_blocked_event_loop_is_said(stage: Stage, screenshot: Keep):
+    opened_node(stage, "/odd")
+    parameter(stage, "odd", "set", "blocked_s", "3")
+    banner = stage.page.locator(".banner", has_text="has not answered")
+    banner.wait_for()
+    screenshot(stage.page, "hang")
+    banner.wait_for(state="detached")
+
+
+# Driving.
+
+
+def driven(peer: Page, until: float, id_: int = 1) -> None:
+    """Wait until the node was sent this speed."""
+    peer.until(
+        lambda found: (
+            found["op"] == "data"
+            and found["subscription"] == id_
+            and abs(struct.unpack_from("<d", found["payload"], 4)[0] - until) < 1e-6
+        )
+    )
+
+
+def silent_after(peer: Page, zeros: int) -> None:
+    """Count what the node is sent while ten other messages come: at most so many, and each of them zero."""
+    others = 0
+    while others < 10:
+        found = peer.receive()
+        if found["op"] != "data":
+            continue
+        if found["subscription"] == 2:
+            others += 1
+            continue
+        zeros -= 1
+        assert struct.unpack_from("<d", found["payload"], 4)[0] == 0
+        assert zeros >= 0, "it goes on to publish"
+
+
+@pytest.mark.parametrize("way", ["key", "pointer", "focus"])
+def test_teleop_stops_when_it_is_let_go(stage: Stage, peer: Page, way: str):
+    main = stage.view("Teleop")
+    if main.get_by_role("button", name="Drive", exact=True).count():
+        main.get_by_role("button", name="Drive", exact=True).click()
+    pad = main.locator(".pad:not(.off)")
+    pad.wait_for()
+    peer.subscribe("/odd/driven", 1)
+    peer.subscribe("/odd/burst", 2)
+    box = pad.bounding_box()
+    keyboard, mouse = stage.page.keyboard, stage.page.mouse
+    if way == "pointer":
+        mouse.move(box["x"] + box["width"] / 2, box["y"] + 2)
+        mouse.down()
+    else:
+        pad.focus()
+        keyboard.down("ArrowUp")
+    driven(peer, 0.5)
+    driven(peer, 0.5)
+    if way == "pointer":
+        mouse.up()
+    elif way == "key":
+        keyboard.up("ArrowUp")
+    else:
+        stage.page.evaluate("dispatchEvent(new Event('blur'))")
+    driven(peer, 0.0)
+    silent_after(peer, 5)
+    keyboard.up("ArrowUp")
+    if way == "focus":
+        main.get_by_role("button", name="Stop driving").click()
+
+
+# Plots.
+
+
+def test_a_number_is_dragged_into_a_plot(stage: Stage, screenshot: Keep):
+    main = stage.view("Messages")
+    main.locator(".topic-row", has_text="/stability_index").click()
+    stage.page.get_by_label("Add a panel beside").select_option("plot")
+    number = main.locator(".tree-row.number").first
+    number.wait_for()
+    data = {"dataTransfer": stage.page.evaluate_handle("() => new DataTransfer()")}
+    number.dispatch_event("dragstart", data)  # the mouse's own drag begins or not, as busy as the machine is
+    for event in ("dragover", "drop"):
+        main.locator(".plot-host").dispatch_event(event, data)
+    main.locator(".plot", has_text="stability_index.data").wait_for()
+    screenshot(stage.page, "drag")
+    main.get_by_role("button", name="Close Plot").click()
+
+
+def test_a_plot_is_saved_as_table_and_picture(stage: Stage, tmp_path: Path):
+    main = stage.view("Plot")
+    if not main.locator(".plot-host[aria-label*='linear_acceleration.z']").count():
+        field = stage.page.get_by_label("Add a line", exact=False).first
+        field.fill(FIELD)
+        field.press("Enter")
+    main.locator(".legend, .plot", has_text=FIELD).first.wait_for()
+    stage.page.wait_for_timeout(500)  # some messages
+    for name in ("CSV", "PNG"):
+        with stage.page.expect_download() as saving:
+            main.get_by_role("button", name=name, exact=True).click()
+        saving.value.save_as(tmp_path / name)
+    head, *rows = (tmp_path / "CSV").read_text("utf-8").splitlines()
+    assert head.startswith(f"stamp_ns,{FIELD}")
+    assert rows
+    assert all(re.fullmatch(r"\d{19},-?[\d.e-]+", row) for row in rows)
+    assert (tmp_path / "PNG").read_bytes().startswith(b"\x89PNG\r\n")
+
+
+# Images.
+
+
+@pytest.mark.parametrize(
+    ("topic", "text", "colour"), [("/odd/jpeg", "16 × 8 JPEG", [220, 255]), ("/odd/raw", "3 × 2", [0, 0])]
+)
+def test_an_image_is_shown(stage: Stage, topic: str, text: str, colour: list[int], screenshot: Keep):
+    main = stage.view("Images")
+    main.get_by_label("Topic").select_option(topic)
+    main.locator(".picture-text", has_text=text).wait_for()
+    pixel = "each => [...each.getContext('2d').getImageData(1, 1, 1, 1).data]"
+    red, _, blue, opacity = main.locator(".picture canvas").evaluate(pixel)
+    assert colour[0] <= red <= colour[1]
+    assert (blue > 200) == (topic == "/odd/raw")
+    assert opacity == 255
+    screenshot(stage.page, f"image{topic.replace('/', '-')}")
+
+
+# The launch file.
+
+
+def test_parameters_are_saved_after_their_edit(stage: Stage, screenshot: Keep):
+    file = stage.folder / "lab1.yaml"
+    parameter(stage, "sensor_publisher", "set", "noise.imu", "0.625")
+    before = file.read_text("utf-8")
+    main = stage.view("Parameters")
+    main.get_by_role("button", name="Save into the launch file…").first.click()
+    dialog = stage.page.get_by_role("dialog")
+    dialog.locator(".added", has_text="0.625").wait_for()
+    screenshot(stage.page, "save")
+    assert file.read_text("utf-8") == before, "shown, and not written"
+    dialog.get_by_role("button", name="Save", exact=True).click()
+    dialog.get_by_role("heading", name="Saved").wait_for()
+    dialog.get_by_role("button", name="Close").click()
+    assert "imu: 0.625" in file.read_text("utf-8")
+
+
+def test_a_layout_is_saved_and_begins_the_page(stage: Stage):
+    file = stage.folder / "lab1.yaml"
+    stage.view("Log")
+    stage.page.get_by_role("button", name="Save layout…").click()
+    dialog = stage.page.get_by_role("dialog")
+    dialog.locator(".added", has_text="x-ui:").wait_for()
+    assert "x-ui:" not in file.read_text("utf-8")
+    dialog.get_by_role("button", name="Save", exact=True).click()
+    dialog.get_by_role("heading", name="Saved").wait_for()
+    dialog.get_by_role("button", name="Close").click()
+    assert "view: log" in file.read_text("utf-8")
+    with closing(stage.opened(stage.shown)) as page:
+        page.locator(".rail-item[aria-current=page]", has_text="Log").wait_for()
+
+
+# Elsewhere.
+
+
+@contextmanager
+def site(text: str) -> Iterator[str]:
+    """A site of another origin that serves one page, whatever is asked for."""
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.end_headers()
+            self.wfile.write(pages[0].encode())
+
+        def log_message(self, *_: object) -> None:
+            """Print nothing."""
+
+    pages = [text]
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    server.pages = pages  # type: ignore[attr-defined]  # the address of busflow's server is known only later
+    try:
+        yield f"http://localhost:{server.server_port}"
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def test_a_page_elsewhere_embeds_parameters(stage: Stage):
+    with site("") as origin:
+        shown = Shown("--allow-origin", origin, environment=stage.place.environment, folder=stage.folder)
+        token = re.search(r"with the token (\S+)", shown.process.stdout.readline() if shown.process.stdout else "")
+        page = stage.browser.new_page()
+        try:
+            assert token
+            page.goto(origin)
+            page.evaluate(
+                """([script, token]) => {
+                    const element = document.createElement("busflow-parameters");
+                    element.setAttribute("node", "/sensor_publisher");
+                    element.setAttribute("token", token);
+                    document.body.append(element);
+                    const tag = Object.assign(document.createElement("script"), {type: "module", src: script});
+                    document.head.append(tag);
+                }""",
+                [f"{shown.url}/components.js", token[1]],
+            )
+            page.locator("busflow-parameters .parameter", has_text="imu").first.wait_for()
+            assert page.locator("busflow-parameters .parameter").count() > 2
+        finally:
+            page.close()
+            shown.end()
+
+
+def test_a_foreign_bridge_has_a_graph(stage: Stage, screenshot: Keep):
+    """Foxglove's own server, which speaks the protocol as ROS 2's foxglove_bridge does."""
+    foxglove: Any = pytest.importorskip("foxglove")
+    websocket: Any = pytest.importorskip("foxglove.websocket")
+    server = foxglove.start_server(port=0, capabilities=[websocket.Capability.ConnectionGraph])
+    graph = websocket.ConnectionGraph()
+    graph.set_published_topic("/scan", ["/lidar"])
+    graph.set_subscribed_topic("/scan", ["/mapper"])
+    graph.set_advertised_service("/save", ["/mapper"])
+    server.publish_connection_graph(graph)
+    shown = Shown("--bridge", f"ws://127.0.0.1:{server.port}", environment=stage.place.environment)
+    try:
+        with closing(stage.opened(shown)) as page:
+            for vertex in ("node /lidar", "node /mapper", "topic /scan"):
+                page.wait_for_selector(f'[data-vertex="{vertex}"]')
+            page.wait_for_selector('[data-edge="deliver /mapper /scan"]', state="attached")
+            graph.set_subscribed_topic("/scan", ["/mapper", "/planner"])
+            server.publish_connection_graph(graph)
+            page.wait_for_selector('[data-vertex="node /planner"]')
+            screenshot(page, "bridge")
+    finally:
+        shown.end()
+        server.stop()
+
+
+def test_the_browser_still_complains_of_nothing(stage: Stage):
+    """Last, as in the other module."""
+    lost = ("WebSocket connection to", "ERR_CONNECTION_REFUSED")  # while the run was away
+    assert json.dumps([each for each in stage.complaints if not any(word in each for word in lost)]) == "[]"
