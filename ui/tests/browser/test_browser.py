@@ -169,6 +169,21 @@ def test_a_killed_run_gives_way_to_the_next(stage: Stage, screenshot: Keep):
     stage.page.wait_for_selector('[data-edge="deliver /sensor_processor /imu/data"].flowing')
 
 
+DRAWS_PAST = """share => {
+    const canvas = document.querySelector('.plot-host canvas');
+    const {width, height} = canvas;
+    const colour = getComputedStyle(canvas).getPropertyValue('--series-1').match(/\\w\\w/g);
+    const line = colour.map(each => parseInt(each, 16));
+    const {data} = canvas.getContext('2d').getImageData(0, 0, width, height);
+    const columns = new Set();
+    for (let at = 0; at < data.length; at += 4) {
+        if (line.every((each, place) => Math.abs(data[at + place] - each) < 10)) columns.add(at / 4 % width);
+    }
+    return columns.size > share * (width - 80) - 40;
+}"""
+"""Whether the first line is drawn over this share of the plot."""
+
+
 def test_a_recording_is_scrubbed_to_a_known_value(stage: Stage, screenshot: Keep):
     """The value of the message at the end of virtual time is the one that `busflow bag echo` shows."""
     options = ("--sim", "--for", "10s", "--record", "lab.mcap")
@@ -190,6 +205,13 @@ def test_a_recording_is_scrubbed_to_a_known_value(stage: Stage, screenshot: Keep
             page.wait_for_selector(f".message:has-text('{value}')", timeout=PATIENCE_MS)
             assert page.get_by_role("button", name="Call", exact=True).count() == 0
             screenshot(page, "recording")
+            page.locator(".rail-item", has_text="Plot").click()
+            field = page.get_by_label("Add a line", exact=False).first
+            field.fill("stability_index.data")
+            field.press("Enter")
+            page.get_by_label("Last", exact=False).select_option("whole")
+            page.wait_for_function(DRAWS_PAST, arg=0.9)
+            screenshot(page, "whole-recording")
     finally:
         shown.end()
 

@@ -16,6 +16,29 @@ from ui.tests.browser.conftest import Stage
 from ui.tests.browser.test_browser import Keep, parameter
 from ui.tests.page_server.conftest import Page, Shown
 
+STAGE = '''
+from busflow import Node, Parameters
+from busflow.msgs.std_msgs import Float64
+
+
+class StageParameters(Parameters):
+    source: str
+    target: str
+
+
+class Stage(Node):
+    """A step of a chain."""
+
+    parameters: StageParameters
+
+    def declare(self) -> None:
+        self.out = self.create_publisher(Float64, self.parameters.target)
+        self.create_subscription(Float64, self.parameters.source, self.out.publish)
+
+    async def start(self) -> None:
+        if self.parameters.target == "value_10":
+            self.log.info("the last of a chain is there")
+'''
 FIELD = "imu/data.linear_acceleration.z"
 
 
@@ -302,6 +325,39 @@ def test_a_foreign_bridge_has_a_graph(stage: Stage, screenshot: Keep):
     finally:
         shown.end()
         server.stop()
+
+
+def test_a_hundred_nodes_are_readable(stage: Stage, screenshot: Keep):
+    """Every name that is drawn is 10 pixels high at least, folded by namespace and with one namespace opened."""
+    folder = stage.folder / "hundred"
+    (folder / "plugins").mkdir(parents=True)
+    (folder / "plugins/stage.py").write_text(STAGE, "utf-8")
+    nodes = [
+        f"  stage_{robot}_{at}:\n    plugin: stage\n    namespace: robot_{robot}\n"
+        f"    parameters: {{source: value_{at}, target: value_{at + 1}}}\n"
+        for robot in range(10)
+        for at in range(10)
+    ]
+    (folder / "hundred.yaml").write_text(f"name: hundred\nplugins: [plugins]\nnodes:\n{''.join(nodes)}", "utf-8")
+    run = stage.place.run(folder, "hundred.yaml")
+    try:
+        run.wait_for("the last of a chain is there")
+        shown = Shown("--run", "hundred", environment=stage.place.environment)
+        try:
+            with closing(stage.opened(shown)) as page:
+                page.wait_for_selector('[data-vertex="group /robot_7"]')
+                heights = "all => all.map(each => each.getBoundingClientRect().height)"
+                assert min(page.locator(".vertex .name").evaluate_all(heights)) >= 10
+                screenshot(page, "hundred")
+                page.locator('[data-vertex="group /robot_7"]').click()
+                page.wait_for_selector('[data-vertex="node /robot_7/stage_7_0"]', state="attached")
+                assert min(page.locator(".vertex .name").evaluate_all(heights)) >= 10
+                page.locator('[data-group="/robot_7"]').dispatch_event("click")
+                page.wait_for_selector('[data-vertex="group /robot_7"]', state="attached")
+        finally:
+            shown.end()
+    finally:
+        run.stop()
 
 
 def test_the_browser_still_complains_of_nothing(stage: Stage):
