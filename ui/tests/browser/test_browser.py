@@ -55,6 +55,7 @@ def test_a_planted_drop_turns_an_edge_red(stage: Stage, screenshot: Keep):
     assert line.evaluate("each => getComputedStyle(each).strokeDasharray") != "none", "not by colour alone"
     stage.page.locator(edge).dispatch_event("click")
     stage.page.wait_for_selector("text=overflow")
+    stage.page.locator(".details .tree-row").first.wait_for()  # the last message, for the picture
     screenshot(stage.page, "drops")
     stage.page.keyboard.press("Escape")
     parameter(stage, "odd", "set", "burst", "1")
@@ -108,8 +109,8 @@ def test_the_log_has_markup_as_text(stage: Stage, screenshot: Keep):
 
 def test_findings_come_with_their_fixes(stage: Stage, screenshot: Keep):
     stage.view("Health")
-    stage.page.wait_for_selector(".finding")
-    assert "/odd lost" in text_of(stage, ".findings")
+    stage.page.wait_for_selector(".finding:has-text('/odd dropped')")
+    assert "To do:" in text_of(stage, ".findings")
     screenshot(stage.page, "health")
 
 
