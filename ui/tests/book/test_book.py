@@ -25,6 +25,10 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 MARKUP = "<img src=x onerror=alert(1)><script>alert(2)</script><b>bold</b>"
 
 
+WRITTEN = {"x | y": "x \\| y", "a|b": "a\\|b", "&": "&amp;", "*": "\\*"}
+"""Text that differs from its source."""
+
+
 class AllLinks:
     """Links that lead where they say."""
 
@@ -74,6 +78,10 @@ def placed(source: str) -> Placed:
             assert source[start : start + len(text)] == text
         else:
             assert 0 <= start < end <= len(source)
+    ends = [start + len(text) if end is None else end for start, end, text in found.pieces]
+    assert all(end <= after for end, (after, _, _) in zip(ends, found.pieces[1:], strict=False)), (
+        "none stands in another"
+    )
     return found
 
 
@@ -116,7 +124,9 @@ def test_every_text_of_our_pages_is_placed(path: Path):
     ],
 )
 def test_places_are_exact(source: str, pieces: list[str]):
-    assert [text.strip("\n") for _, _, text in placed(source).pieces] == pieces
+    found = placed(source).pieces
+    assert [text for _, _, text in found] == pieces
+    assert {text: source[start:end] for start, end, text in found if end is not None}.items() <= WRITTEN.items()
 
 
 _WORDS = st.sampled_from(
