@@ -47,6 +47,7 @@ class RunSource:
         self._present = asyncio.Event()
         self._connections: set[ServerConnection] = set()
         self._ended: dict[str, object] | None = None
+        self._missing = ""
 
     async def keep(self) -> None:
         """Join each run of the name, one after another, until cancelled."""
@@ -54,10 +55,17 @@ class RunSource:
             with ExitStack() as joining:
                 try:
                     bridge = await asyncio.to_thread(self._join, joining)
-                except BusflowError:
+                except BusflowError as error:
+                    self._say_what_is_missing(str(error))
                     await self._clock.sleep(_LOOK_S)
                     continue
                 await self._serve_run(bridge)
+
+    def _say_what_is_missing(self, reason: str) -> None:
+        """Print why no run is shown yet, once: there is none, or there are several to choose from."""
+        if self._name is None and reason != self._missing:
+            self._missing = reason
+            self._print(f"waiting for a run: {reason}")
 
     def _join(self, joining: ExitStack) -> Bridge:
         peer = joining.enter_context(joined(self._name))
