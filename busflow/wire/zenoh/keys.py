@@ -1,8 +1,10 @@
-"""Keys: how a graph is written on Zenoh, exactly as ROS 2's `rmw_zenoh` writes it, so that its nodes are peers.
+"""Keys: Zenoh's key expressions for a graph, exactly those of ROS 2's `rmw_zenoh`, whose nodes can so take part.
 
-A topic's data travels under `<domain>/<name>/<type>/<hash>`. Every node and endpoint has a liveliness token under
-`@ros2_lv/` that says all about it and disappears with its process; the graph is the set of tokens. Each message carries
-an attachment of 33 bytes. Source: ros2/rmw_zenoh, `liveliness_utils.cpp`, `attachment_helpers.cpp`, as of 0.10.5.
+A topic's messages travel under the key `<domain>/<name>/<type>/<hash>`. Every node and endpoint has a liveliness token
+under `@ros2_lv/`, which describes it and disappears with its process; the graph is the set of tokens. Each message
+carries an attachment of 33 bytes.
+
+Source: ros2/rmw_zenoh, `liveliness_utils.cpp`, `attachment_helpers.cpp`, as of 0.10.5.
 """
 
 from __future__ import annotations
@@ -23,11 +25,11 @@ READ_ONLY_QUERIES = (
     *("run", "report", "graph", "types", "services", "history", "measure"),
     *("parameters", "parameter_changes", "log"),
 )
-"""Queries that do not change the run; a client with read access may send them."""
+"""Queries that do not change the run: a client with the right to read may send them."""
 PATIENCE = "timeout"
-"""Query parameter: how many seconds the caller waits for a service's answer."""
+"""Name of a query parameter: the seconds that a caller waits for a service's answer."""
 REMARKS = "remarks"
-"""Query parameter of busflow's clients of actions: they read a text behind the attachment of an answer."""
+"""Name of a query parameter of busflow's action clients: they read a text behind the attachment of an answer."""
 _GID_BYTES = 16
 _ATTACHMENT = struct.Struct(f"<qqB{_GID_BYTES}s")
 SEQUENCE = struct.Struct("<q")
@@ -37,7 +39,7 @@ GID_AT = 17
 """Offset of the gid in an attachment; the gid is its last field."""
 _NO_HASH = "RIHS01_" + "0" * 64
 _MOST_CHARACTERS = 255
-"""The longest name of a topic, type or node in DDS, and so in ROS 2. The time to match a name grows with its length."""
+"""Length of the longest name of a topic, type or node in DDS, and so in ROS 2. The time to match grows with it."""
 
 
 class TokenKind(StrEnum):
@@ -52,10 +54,10 @@ class TokenKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """One liveliness token: a node, or an endpoint of one."""
+    """One liveliness token: it shows a node, or an endpoint of a node."""
 
     session: str
-    """Id of the Zenoh session, and so of the process, in hexadecimal."""
+    """Id of the Zenoh session, and so of the process, as a hexadecimal number."""
     node_id: int
     entity_id: int
     kind: TokenKind
@@ -64,10 +66,10 @@ class Token:
     topic: str = ""
     """The final name of a topic or service; empty for a node."""
     type: str = ""
-    """`sensor_msgs/msg/Imu`; empty for a node."""
+    """The type, such as `sensor_msgs/msg/Imu`; empty for a node."""
     hash: str = ""
     qos: str = ""
-    """The QoS in rmw_zenoh's own short form."""
+    """The QoS in the short form of `rmw_zenoh` (`qos_text`)."""
     enclave: str = "/"
     domain: int = DOMAIN
 
@@ -90,7 +92,7 @@ class Token:
 
     @property
     def gid(self) -> bytes:
-        """Sixteen bytes that identify the endpoint in each of its messages."""
+        """The endpoint's gid: sixteen bytes that identify it in each of its messages."""
         return hashlib.blake2b(str(self).encode(), digest_size=_GID_BYTES).digest()
 
     @classmethod
@@ -98,7 +100,7 @@ class Token:
         """Parse a key expression.
 
         Raises:
-            MalformedMessage: it is none.
+            MalformedMessage: it is not a token.
         """
         try:
             return cls._of_fields(text.split("/"))
@@ -132,7 +134,7 @@ class Attachment(NamedTuple):
     """Metadata sent with each message. A named tuple, because one is made and read for every message."""
 
     sequence: int
-    """Number of the message among its publisher's, from 1; a gap is a loss."""
+    """Number of the message, counted by its publisher from 1; a gap is a loss."""
     stamp_ns: int
     gid: bytes
 
@@ -145,7 +147,7 @@ class Attachment(NamedTuple):
         """Decode bytes from another process.
 
         Raises:
-            MalformedMessage: they are none.
+            MalformedMessage: they are not an attachment.
         """
         if len(data) != _ATTACHMENT.size or data[16] != _GID_BYTES:
             raise MalformedMessage(f"an attachment has 33 bytes, the 17th being 16; got {len(data)} bytes")
@@ -188,11 +190,12 @@ def ros_type(dds_name: str) -> str:
 
 
 def _mangled(name: str) -> str:
-    """Return a name as one field of a token: slashes become percent signs, an empty name becomes one."""
+    """Return a name as one field of a token: slashes become percent signs, an empty name one percent sign."""
     return name.replace("/", "%") or "%"
 
 
 def _plain(field: str) -> str:
+    """Return the name in a field of a token."""
     return f"/{field.replace('%', '/').strip('/')}"
 
 

@@ -1,4 +1,4 @@
-"""QoS in the short form that `rmw_zenoh` puts into liveliness tokens, where an empty field is its default.
+"""QoS text: the short form of a QoS in the liveliness tokens of `rmw_zenoh`; an empty field has its default value.
 
     reliability:durability:history,depth:deadline_s,deadline_ns:lifespan_s,lifespan_ns:liveliness,lease_s,lease_ns
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _NS_PER_S = 1_000_000_000
 _LONGEST_NS = 2**63 - 1
-"""ROS 2's infinite duration, `RMW_DURATION_INFINITE`; it has no longer one."""
+"""ROS 2's infinite duration, `RMW_DURATION_INFINITE`, which is the longest that it has."""
 _RELIABILITIES = {0: "system_default", 1: "reliable", 2: "best_effort", 3: "unknown", 4: "best_available"}
 _DURABILITIES = {0: "system_default", 1: "transient_local", 2: "volatile", 3: "unknown", 4: "best_available"}
 _HISTORIES = {0: "system_default", 1: "keep_last", 2: "keep_all", 3: "unknown"}
@@ -34,14 +34,14 @@ class WireQoS:
     history: str = "keep_last"
     depth: int = _DEFAULT_DEPTH
     deadline_ns: int | None = None
-    """None means no limit, also for the next two limits."""
+    """Limit in nanoseconds; None means no limit, here and in the two limits below."""
     lifespan_ns: int | None = None
     liveliness: str = "automatic"
     lease_ns: int | None = None
 
     @property
     def latched(self) -> bool:
-        """Whether late joiners receive what was published before, as with `QoS.latched`."""
+        """True if late joiners receive earlier messages, as with `QoS.latched`."""
         return self.durability in ("transient_local", "best_available")
 
 
@@ -68,7 +68,7 @@ def to_text(qos: QoS) -> str:
 
 
 def written(stated: WireQoS) -> str:
-    """Return the short form of what a token states, which keeps the last `depth` messages."""
+    """Return the short form of a token's QoS; its history is always `keep_last`."""
     reliability = _number(_RELIABILITIES, stated.reliability, "reliable")
     durability = _number(_DURABILITIES, stated.durability, "volatile")
     liveliness = _number(_LIVELINESSES, stated.liveliness, "automatic")
@@ -84,7 +84,7 @@ def from_text(text: str) -> WireQoS:
     500000000
 
     Raises:
-        MalformedMessage: it is none.
+        MalformedMessage: the text is not in the short form.
     """
     try:
         reliability, durability, history, deadline, lifespan, liveliness = text.split(":")
@@ -105,7 +105,7 @@ def from_text(text: str) -> WireQoS:
 
 
 def as_qos(stated: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
-    """Convert a token's QoS into a profile, with its depth limited to `most_depth`. Each that was parsed can be one."""
+    """Convert a token's QoS into a profile, with a depth of at most `most_depth`; every parsed QoS can be converted."""
     from busflow.bus.qos import QoS  # a client that only shows tokens does not pay for pydantic
 
     limits = {"deadline": stated.deadline_ns, "lifespan": stated.lifespan_ns, "lease": stated.lease_ns}

@@ -1,4 +1,4 @@
-"""Refusals: errors of another process, encoded for the wire and raised here as the same class."""
+"""Refusals: encodes an error for another process, which raises it again as an error of the same class."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def service_refusal(service: str, node: str, reply: bytes) -> ServiceError:
 
 
 def refusal(kind: str, text: str) -> BusflowError:
-    """Return the error of this kind; a kind that a run may not raise becomes a plain BusflowError."""
+    """Return the error of this kind; a kind that is not a `NoSuchTarget` becomes a plain BusflowError."""
     return _of_kind(kind, NoSuchTarget, BusflowError)(text)
 
 
 def _of_kind(kind: str, family: type[E], otherwise: type[E]) -> type[E]:
-    """Return the error class of this name if it belongs to the family, else the other one."""
+    """Return the error class of this name if it derives from `family`, else `otherwise`."""
     found = getattr(errors, kind, None)
     return found if isinstance(found, type) and issubclass(found, family) else otherwise

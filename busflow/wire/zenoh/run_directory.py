@@ -1,10 +1,11 @@
-"""The run directory: the place on this machine where clients find a run, protected by its permissions.
+"""Run directory: the directory by which clients on this machine find a run; its permissions protect the run.
 
-A run owns `$XDG_RUNTIME_DIR/busflow/<run>/`. It is `/tmp/busflow-<uid>/<run>/` if that variable is not set or the path
-is too long for a socket, and `$BUSFLOW_RUNTIME_DIR/<run>/` if that one is set. The folder belongs to this user, and no
-other user may open it. The run holds a lock as long as it lives; the kernel releases the lock with the process, however
-that ends. A directory appears under its name with its lock held, so a directory with a free lock is the remains of a
-dead run. A process that makes or removes a directory holds the folder's lock meanwhile. Imports nothing heavy.
+The directory of a run is `$XDG_RUNTIME_DIR/busflow/<run>/`. It is `/tmp/busflow-<uid>/<run>/` if that variable is not
+set or the path is too long for a socket, and `$BUSFLOW_RUNTIME_DIR/<run>/` if this variable is set. The folder of all
+runs belongs to this user, and no other user may open it. A run holds a lock on its directory until it ends; the kernel
+releases the lock with the process, however that ends. The lock is held before the directory gets its name, so a
+directory with a free lock remains from a dead run. A process that makes or removes a directory holds the folder's lock
+meanwhile. Imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ _FOLDER_LOCK = ".lock"
 _DRAFT = ".new"
 _CARD_BYTES = 65_536
 _PATH_BYTES = 100
-"""The longest socket path that every kernel accepts, with room for the lock that Zenoh puts beside it."""
+"""Length of the longest socket path that every kernel accepts, with room for Zenoh's lock file beside the socket."""
 _NAME_BYTES = 40
 _LEAST_NAME_BYTES = 8
 _ATTEMPTS = 100
@@ -65,11 +66,11 @@ class FoundRun:
     directory: Path
     card: RunCard
     is_double: bool = field(default=False, compare=False)
-    """Whether a run in another folder has a directory of the same name."""
+    """True if a run in another folder has a directory of the same name."""
 
     @property
     def name(self) -> str:
-        """The name for `--run`, unique on this machine: that of the directory, or its path if two are named alike."""
+        """The name for `--run`, unique on this machine: the directory's name, or its path if two have the same name."""
         return str(self.directory) if self.is_double else self.directory.name
 
     def open(self, patience_s: float) -> zenoh.Session:
@@ -98,24 +99,24 @@ class RunDirectory:
     def __init__(self, path: Path, lock: int) -> None:
         self.path = path
         self._lock = lock
-        # A child that a node forks has our lock too, and would let a dead run pass for a living one.
-        call_in_children(self._let_go)
+        # A child that a node forks inherits the lock. It must release it, or a dead run would look alive.
+        call_in_children(self._release)
 
     @classmethod
     def claim(cls, name: str, environment: Mapping[str, str] = os.environ) -> Self:
         """Create a directory of this name, or `name-2` and so on if others have it; remains of dead runs are removed.
 
         Raises:
-            InspectionUnavailable: there is no place that only this user can open.
+            InspectionUnavailable: there is no folder that only this user can open.
         """
         folder = _writable_folder(environment)
         fit = (_UNFIT.sub("_", name) or "run")[: _room(folder)]
-        with _alone(folder):
+        with _folder_locked(folder):
             draft = folder / _DRAFT
             _remove(draft)
             draft.mkdir(mode=0o700)
             lock = os.open(draft / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
-            _locked(lock, exclusive=True, wait=True)  # for processes that check whether it is held
+            _locked(lock, exclusive=True, wait=True)  # wait for processes that check whether it is held
             for number in range(1, _ATTEMPTS):
                 path = folder / (fit if number == 1 else f"{fit}-{number}")
                 if _is_free(path):
@@ -137,9 +138,9 @@ class RunDirectory:
         with suppress(OSError):  # another program removed it while the run lasted, which is no fault of the run
             self.path.rename(gone)
         _remove(gone)
-        self._let_go()
+        self._release()
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         lock, self._lock = self._lock, -1
         if lock >= 0:
             os.close(lock)
@@ -149,15 +150,15 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
     """Return this user's live runs on this machine, the oldest first; remains of dead runs are removed.
 
     Raises:
-        InspectionUnavailable: there is no run, and a folder where one would be belongs to another user, or others can
-            open it; or this platform has no Unix sockets.
+        InspectionUnavailable: no run was found, and one of the folders belongs to another user, or others can open it;
+            or this platform has no Unix sockets.
     """
     found: list[FoundRun] = []
     unsafe: list[InspectionUnavailable] = []
     for folder in _folders(environment, search=True):
         try:
             if os.path.lexists(folder):
-                found += _alive_runs(_own(folder))
+                found += _alive_runs(_checked_folder(folder))
         except InspectionUnavailable as error:  # a foreign folder in /tmp must not hide runs in other folders
             unsafe.append(error)
     if unsafe and not found:
@@ -169,18 +170,18 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
 
 @dataclass(frozen=True, slots=True)
 class Folder:
-    """A folder where runs of this user may be."""
+    """A folder that may contain runs of this user."""
 
     path: Path
     exists: bool
     fault: str = ""
     """Why it cannot be used; empty if it can."""
     remains: tuple[str, ...] = ()
-    """Directories of dead runs in it, which the next search for runs removes."""
+    """Names of the directories of dead runs in it; the next search for runs removes them."""
 
 
 def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
-    """Return the folders that are searched for runs, in that order; nothing is removed.
+    """Return the folders in which busflow searches for runs, in its order; remove nothing.
 
     Raises:
         InspectionUnavailable: this platform has no Unix sockets.
@@ -191,7 +192,7 @@ def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
             found.append(Folder(path, exists=False))
             continue
         try:
-            inside = _directories(_own(path))
+            inside = _directories(_checked_folder(path))
         except (InspectionUnavailable, OSError) as error:
             found.append(Folder(path, exists=True, fault=str(error)))
             continue
@@ -203,7 +204,7 @@ def find_run(name: str | None = None, environment: Mapping[str, str] = os.enviro
     """Return the run of a name, or the only run.
 
     Raises:
-        NoSuchRun: there is none, none of that name, several and no name, or several of that name.
+        NoSuchRun: there is no run, or none of that name; or there are several, and no name; or several of that name.
     """
     found = runs(environment)
     if not found:
@@ -228,7 +229,7 @@ def find_run(name: str | None = None, environment: Mapping[str, str] = os.enviro
 
 
 def _folders(environment: Mapping[str, str], *, search: bool = False) -> list[Path]:
-    """Return the folders for runs, the preferred one first; to search, also those of other login sessions.
+    """Return the folders for runs, the preferred one first; with `search`, also those of other login sessions.
 
     Raises:
         InspectionUnavailable: this platform has no Unix sockets.
@@ -240,14 +241,14 @@ def _folders(environment: Mapping[str, str], *, search: bool = False) -> list[Pa
         return [Path(stated).absolute()]
     runtime = environment.get("XDG_RUNTIME_DIR", "")
     sessions = [runtime] if runtime.startswith("/") else []
-    if search and f"/run/user/{user}" not in sessions:  # where a run from a desktop is, for cron and ssh
+    if search and f"/run/user/{user}" not in sessions:  # cron and ssh find the runs of a desktop session there
         sessions.append(f"/run/user/{user}")
-    shared = Path(f"/tmp/busflow-{user}")  # noqa: S108  # who owns it and may open it is checked
+    shared = Path(f"/tmp/busflow-{user}")  # noqa: S108  # `_checked_folder` checks its owner and permissions
     return [*(folder for each in sessions if not _unfit(folder := Path(each, "busflow"))), shared]
 
 
 def _room(folder: Path) -> int:
-    """Return how long a run's name may be in a folder, so that its socket's path is valid."""
+    """Return how many bytes a run's name in a folder may have, so that the path of its socket is valid."""
     return min(_NAME_BYTES, _PATH_BYTES - len(os.fsencode(f"{folder}/-{_ATTEMPTS}/{SOCKET}")))
 
 
@@ -269,17 +270,17 @@ def _writable_folder(environment: Mapping[str, str]) -> Path:
             raise InspectionUnavailable(f"{folder}: {unfit}; set BUSFLOW_RUNTIME_DIR to another one")
         try:
             folder.mkdir(mode=0o700, exist_ok=True)
-        except OSError as error:  # a runtime directory of another user's session, or one that is gone
+        except OSError as error:  # the session is another user's, or its folder is gone
             if not folder.is_symlink():
                 reason = f"{folder}: {error.strerror}"
                 continue
-        if os.access(_own(folder), os.W_OK | os.X_OK):
+        if os.access(_checked_folder(folder), os.W_OK | os.X_OK):
             return folder
         reason = f"{folder}: it cannot be written to"
     raise InspectionUnavailable(f"there is no folder for the run's socket; {reason}")
 
 
-def _own(folder: Path) -> Path:
+def _checked_folder(folder: Path) -> Path:
     """Return the folder after checking that no other user can write to it."""
     status = folder.lstat()
     fault = None
@@ -290,13 +291,13 @@ def _own(folder: Path) -> Path:
     elif stat.S_IMODE(status.st_mode) & 0o077:
         fault = f"can be opened by others (mode {stat.S_IMODE(status.st_mode):04o}); chmod 700 it"
     if fault is not None:
-        raise InspectionUnavailable(f"{folder} {fault}: busflow uses it only where it is safe; remove it or mend it")
+        raise InspectionUnavailable(f"{folder} {fault}: busflow uses it only if it is safe; remove it or repair it")
     return folder
 
 
 @contextmanager
-def _alone(folder: Path, *, wait: bool = True) -> Generator[bool]:
-    """Hold the folder's lock, which is only ever held for a moment; yields whether it was acquired."""
+def _folder_locked(folder: Path, *, wait: bool = True) -> Generator[bool]:
+    """Hold the folder's lock, and yield whether it was acquired; every process holds it only for a moment."""
     lock = os.open(folder / _FOLDER_LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     try:
         yield _locked(lock, exclusive=True, wait=wait)
@@ -305,7 +306,7 @@ def _alone(folder: Path, *, wait: bool = True) -> Generator[bool]:
 
 
 def _is_free(path: Path) -> bool:
-    """Return whether no run has this directory, after removing a dead run's. The folder's lock has to be held."""
+    """Return whether no run has this directory, and remove that of a dead run. The caller holds the folder's lock."""
     if path.is_symlink() or (path.exists() and not path.is_dir()) or _is_alive(path):
         return False
     _remove(path)
@@ -324,9 +325,10 @@ def _alive_runs(folder: Path) -> list[FoundRun]:
     directories = _directories(folder)
     living = [path for path in directories if _is_alive(path)]
     if len(living) < len(directories):
-        with suppress(OSError), _alone(folder, wait=False) as alone:  # what cannot be removed is not shown either
+        # An error may leave a dead run's directory there; the result leaves it out all the same.
+        with suppress(OSError), _folder_locked(folder, wait=False) as is_locked:
             for path in directories:
-                if alone and not _is_alive(path):
+                if is_locked and not _is_alive(path):
                     _remove(path)
     return [FoundRun(path, card) for path in living if not path.name.startswith(".") and (card := _card(path))]
 
@@ -345,7 +347,7 @@ def _is_alive(path: Path) -> bool:
 
 def _locked(lock: int, *, exclusive: bool, wait: bool = False) -> bool:
     """Lock an open file for this process; False if another process has it locked."""
-    import fcntl  # which Windows does not have, nor the sockets that all this is for
+    import fcntl  # Windows has neither this module nor Unix sockets
 
     kind = fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH
     try:

@@ -1,8 +1,8 @@
-"""Sender: a thread for calls that may wait for the link, so that the event loop never waits.
+"""Sender: a thread for function calls that may wait for the link, so that the event loop never waits for it.
 
-Zenoh takes a message of some hundred bytes in a microsecond, however slow its readers are. It copies a large message
-and cuts it into pieces. The first piece for which a stalled reader has no room waits up to 300 ms, and anything put
-into the same priority queue of Zenoh waits with it.
+Zenoh accepts a message of some hundred bytes within a microsecond, however slow its readers are. It copies a large
+message and cuts it into pieces. The first piece for which a stalled reader has no room waits up to 300 ms, and every
+message that is put into the same priority queue of Zenoh waits with it.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from collections import deque
 from collections.abc import Callable
 
 LARGE = 48 * 1024
-"""Payloads from this size on leave through the sender, in bytes; Zenoh itself cuts payloads beyond 64 KiB."""
+"""Payloads of this size and more leave through the sender, in bytes; Zenoh itself cuts payloads beyond 64 KiB."""
 DEPTH = 1024
 """Limit of the waiting calls; the oldest is dropped for a new one."""
 MOST_BYTES = 64 * 1024 * 1024
 """The same limit in bytes; a larger payload waits alone."""
 LARGEST = 256 * 1024 * 1024
-"""Limit of one payload in bytes. Zenoh cuts a larger one into pieces for so long that the link counts as dead."""
+"""Limit of one payload in bytes. Zenoh takes so long to cut a larger one that the link counts as dead."""
 _PATIENCE_S = 5.0
 
 
@@ -52,7 +52,7 @@ class SenderThread:
             self._arrived.notify()
 
     def close(self) -> None:
-        """Accept no more work and drop what waits. Close the session first: that wakes a waiting put."""
+        """Drop the queued functions, and accept no more. Close the session before: that wakes a waiting put."""
         with self._arrived:
             self._closed = True
             while self._work:
@@ -77,6 +77,6 @@ class SenderThread:
                 self._bytes -= size
             try:
                 work()
-            except Exception as error:  # noqa: BLE001  # the thread goes on with the next, and its owner gets the error
+            except Exception as error:  # noqa: BLE001  # the owner gets the error, and the thread goes on
                 self._on_error(error)
-            del work  # what it holds is not to wait here for the next
+            del work  # else its objects would stay alive until the next function

@@ -1,7 +1,7 @@
-"""The Zenoh session of a process: unix sockets in the run's directory, and links that the launch file names.
+"""Session: opens a process's Zenoh session, with Unix sockets in the run's directory and the launch file's links.
 
-Zenoh by default listens on every network interface and finds others by multicast; here both are off. Zenoh is imported
-when a session is opened, so a run without a session works without Zenoh.
+By default Zenoh listens on every network interface and finds other sessions by multicast; busflow turns both off. Zenoh
+is imported when a session is opened, so a run without a session works without Zenoh.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -33,10 +33,12 @@ LEASE_MS = 1600
 keep-alives in this time, from threads that need neither the event loop nor the interpreter's lock.
 """
 _RX_BUFFER = 1 << 20
-"""Five to nine times the throughput of Zenoh's default for messages from 64 KB on (measured)."""
+"""Size of the receive buffer in bytes: from 64 KB a message, five to nine times the throughput of Zenoh's default
+(measured).
+"""
 _FILES = 24
-"""Files that a session opens, with some for its links (measured: 21 with one link). Where one is refused, a thread of
-Zenoh panics, and the process waits for ever for those that it links to.
+"""Number of files that a session opens, some for its links included (measured: 21 with one link). If the system refuses
+one, a thread of Zenoh panics, and the process waits for ever for the processes that it links to.
 """
 _OCCUPIED = re.compile(r"new \S+ listener on \S+ (\S+: )*(?P<reason>[^:]+?) \(os error")
 """Zenoh's error text when it cannot listen."""
@@ -61,13 +63,13 @@ always be slower than its traffic, and messages that wait there become old: Zeno
 
 
 def require_unix_sockets(otherwise: str = "") -> None:
-    """Check that this platform has what connects the terminals and processes of one user: Unix sockets and file locks.
+    """Check that this platform has Unix sockets and file locks, which connect the terminals and processes of one user.
 
     Args:
-        otherwise: what can be done beside moving to another platform, as the end of the error's sentence.
+        otherwise: another remedy than another platform, as the end of the error's sentence.
 
     Raises:
-        InspectionUnavailable: It lacks them, as Windows does.
+        InspectionUnavailable: The platform lacks them, as Windows does.
     """
     if not hasattr(socket, "AF_UNIX") or importlib.util.find_spec("fcntl") is None:
         what = "this platform has no sockets that only one user can open, which connect terminals and processes"
@@ -90,20 +92,20 @@ def require_zenoh() -> None:
 def open_session(
     directory: Path, *, listen: str | None = None, network: Network | None = None, patience_s: float = 5.0
 ) -> zenoh.Session:
-    """Open a session among the processes of a run.
+    """Open a session that links to the processes of a run.
 
     Args:
         directory: the run's directory.
-        listen: the name of the socket on which others reach this process; None for one that only looks.
-        network: what links this machine to others, where this process does that.
-        patience_s: how long a process that is there may take to answer a newcomer.
+        listen: the name of the socket on which others reach this process; None for a client, which has none.
+        network: the links to other machines, if this process has them.
+        patience_s: how long a process may take to answer a new session.
 
     Raises:
-        InspectionUnavailable: Zenoh is missing or refuses, or, for one that only looks, no process answers.
+        InspectionUnavailable: Zenoh is missing or refuses, or no process answers a client.
     """
     require_zenoh()
     names = [name for name in _names_in(directory) if name.endswith(".sock") and name != listen]
-    # The main process comes first: where there are several machines, it is linked to the others.
+    # The main process comes first: in a run of several machines it has the links to the others.
     others = [f"unixsock-stream/{directory / name}" for name in sorted(names, key=lambda name: (name != SOCKET, name))]
     if listen is None and not others:
         raise InspectionUnavailable(f"the run in {directory} has no socket yet; try again")
@@ -123,10 +125,10 @@ def open_session(
 
 
 def _names_in(directory: Path) -> list[str]:
-    """List a run's directory. A run may end and remove it at any moment.
+    """List a run's directory; the run may end and remove it at any moment.
 
     Raises:
-        InspectionUnavailable: it is gone.
+        InspectionUnavailable: the directory is gone.
     """
     try:
         return [path.name for path in directory.iterdir()]
@@ -136,8 +138,8 @@ def _names_in(directory: Path) -> list[str]:
 
 def _settings(own: Sequence[str], others: Sequence[str], patience_s: float) -> dict[str, Any]:
     return {
-        # A client's link is to the run alone, which passes on what other clients say; peers that do not listen would
-        # not meet.
+        # A client links to the run only, which forwards messages between clients. As peers, two clients that do not
+        # listen would not find each other.
         "mode": "peer" if own else "client",
         "listen/endpoints": own,
         "connect/endpoints": others,
@@ -160,7 +162,7 @@ def _linked(own: Sequence[str], network: Network) -> dict[str, Any]:
         "mode": "router",
         "listen/endpoints": [*own, *map(str, network.listens)],
         "connect/endpoints": [str(end) for end in network.dials],
-        "connect/timeout_ms": -1,  # go on for ever: a machine may come at any time
+        "connect/timeout_ms": -1,  # for ever: a machine may come at any time
         "scouting/delay": 1,  # milliseconds; multicast scouting is off
         "timestamping/enabled": False,
         "adminspace/enabled": False,
@@ -171,7 +173,7 @@ def open_remote(network: Network, *, patience_s: float = 5.0) -> zenoh.Session:
     """Open a session with a run on other machines, for a client.
 
     Raises:
-        InspectionUnavailable: Zenoh is missing or refuses, or no machine there lets it in.
+        InspectionUnavailable: Zenoh is missing or refuses, or no machine of the run accepts the client.
     """
     require_zenoh()
     return _opened(_settings([], [str(end) for end in network.dials], patience_s) | network.settings())
@@ -181,9 +183,9 @@ def _require_files() -> None:
     """Check that the process may open as many files as a session needs.
 
     Raises:
-        InspectionUnavailable: It may not.
+        InspectionUnavailable: It may not open so many.
     """
-    import resource  # which Windows does not have
+    import resource  # Windows does not have it
 
     allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     used = sum(1 for _ in Path("/dev/fd").iterdir())
@@ -204,7 +206,7 @@ def _opened(settings: Mapping[str, Any]) -> zenoh.Session:
     except zenoh.ZError as error:
         raise InspectionUnavailable(str(error)) from None
     except BaseException as error:
-        if type(error).__name__ != "PanicException":  # pyo3's, which has no name that could be imported
+        if type(error).__name__ != "PanicException":  # pyo3's class, which cannot be imported
             raise
         why = f"Zenoh gave up ({printable(error)}); too few files or threads may be allowed here, see ulimit -n and -u"
         raise InspectionUnavailable(why) from None
