@@ -1,6 +1,6 @@
-"""Assignment: one line of JSON on a worker process's standard input, which says what the process runs.
+"""Assignment: one line of JSON on a worker process's standard input, which says which nodes the process runs, and how.
 
-The pipe stays open as long as the main process lives; the worker process ends with it.
+The pipe stays open until the main process ends; then the worker process ends too.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Assignment:
     nodes: tuple[str, ...]
     """Full names of the process's nodes."""
     others: tuple[str, ...]
-    """Processes with which this one must be linked, in both directions, before its nodes start."""
+    """Names of the processes with which this one must be linked, in both directions, before its nodes start."""
     seed: int
     log_level: str
     restarts: int
@@ -51,20 +51,20 @@ class Assignment:
     env: Mapping[str, str]
     """Environment variables of this process alone."""
     outer: Mapping[str, str | None]
-    """Variables that the main process had when it read the launch file; here the file must read the same."""
+    """Variables of the main process when it read the launch file; with them the worker reads the same from the file."""
     watchdog_s: float | None
     prints_failures: bool
-    """Whether the run prints a failure that ends the process when it has ended, so that the log need not."""
+    """True if the run prints a failure that ends the process at its own end; then the log does not print it too."""
     path: tuple[str, ...]
     """Module search path (`sys.path`) of the main process."""
     args: Mapping[str, object]
-    """Arguments of the launch file, where no command line gives them."""
+    """Arguments of the launch file that a program gave; those of a command line are not here."""
     memory: Memory
-    """Parameters and restarts of its nodes in earlier lives of the process."""
+    """Parameters and restarts of its nodes, from before the process restarted."""
     event_loop: str
     """Name of the event loop that all processes of the run use."""
     record: Mapping[str, Any] | None = None
-    """Recording of the process, as the words of a `Share`; None where nothing is recorded."""
+    """The process's part of the recording, as plain data of a `Share`; None if nothing is recorded."""
 
     def line(self) -> bytes:
         """Return the line that is written to the process's standard input."""
@@ -72,10 +72,10 @@ class Assignment:
 
     @classmethod
     def read(cls, stream: TextIO | None) -> Self:
-        """Read the assignment from a standard input.
+        """Read the assignment from standard input.
 
         Raises:
-            ProcessFailed: there is none: this process was not started by busflow.
+            ProcessFailed: there is no assignment, because busflow did not start this process.
         """
         try:
             values: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
@@ -84,39 +84,39 @@ class Assignment:
             values |= {key: tuple(values[key]) for key in ("nodes", "others", "path")}
             return cls(**values)
         except (ValueError, TypeError, LookupError):
-            raise ProcessFailed("--process is how busflow run starts its own processes; leave it out") from None
+            raise ProcessFailed("--process is for busflow run, to start its own processes; leave it out") from None
 
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """Parameters and restarts of a process's nodes, kept for its next life."""
+    """Parameters and restarts of a process's nodes, kept for the restart of the process."""
 
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
-    """Parameters by node, of nodes where some were set at run time: `{values, set, times}`, as in `report_changes`."""
-    lives: Mapping[str, int] = field(default_factory=dict[str, int])
-    """Lives by node: those of the process, and the node's own restarts and starts by hand in each of them."""
+    """By node of which some were set at run time, its parameters: `{values, set, times}`, as in `report_changes`."""
+    restarts: Mapping[str, int] = field(default_factory=dict[str, int])
+    """By node, how often it was started again: with its process, by its own policy, or by hand."""
     stopped: tuple[str, ...] = ()
-    """Nodes that were stopped by hand when the process ended, and so stay stopped."""
+    """Nodes that were stopped by hand when the process ended; they stay stopped."""
 
     def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:
-        """Return the members of a plan with the parameters and lives they had when the process ended."""
+        """Return the members of a plan, with the parameters and restarts that they had when the process ended."""
         return [self._restored(member, log) for member in plan.members]
 
     def _restored(self, member: PlannedNode, log: Log) -> PlannedNode:
         name = member.runtime.full_name
-        changes, life = self.parameters.get(name), self.lives.get(name, 0)
+        changes, restarts = self.parameters.get(name), self.restarts.get(name, 0)
         former: Parameters = member.runtime.node.parameters
         try:
             parameters: Parameters = (
                 former if changes is None else NodeFactory(type(member.node)).parameters(changes["values"])
             )
-            runtime = rebuild(member.runtime, parameters, life)
+            runtime = rebuild(member.runtime, parameters, restarts)
         except BaseException as error:  # the code of a node may have been edited since, and may raise anything
             if not is_failure(error):
                 raise
             why = str(error) if isinstance(error, InvalidParameter) else f"{type(error).__name__}: {printable(error)}"
-            log.bind(name).warning("what was set at run time fits no more; it is as in the launch file", reason=why)
-            return replace(member, node=rebuild(member.runtime, former, life).node)
+            log.bind(name).warning("parameters set at run time are not valid any more: the file's are used", reason=why)
+            return replace(member, node=rebuild(member.runtime, former, restarts).node)
         if changes is not None:
             runtime.parameters.remember(changes["set"], changes["times"])
         return replace(member, node=runtime.node)

@@ -1,6 +1,6 @@
 """Child: one process of the operating system, from start to end, with its messages and prints.
 
-A thread reads its pipes, so that neither a busy event loop here holds up the child, nor the child the loop.
+A thread reads its pipes, so that a busy event loop here does not delay the child, nor the child the loop.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import busflow
 
 _PIECE = 1 << 16
 _LINE_BYTES = 4096
-"""Longest printed line that is passed on in one piece."""
+"""Length of the longest printed line that is passed on in one piece."""
 _REPORT_BYTES = 1 << 24
 
 
@@ -40,7 +40,7 @@ class ChildSink(Protocol):
 
 
 class Child:
-    """Process of the operating system that has been started."""
+    """A started process of the operating system."""
 
     def __init__(
         self, arguments: Sequence[str], environment: Mapping[str, str], first_line: Callable[[], bytes], sink: ChildSink
@@ -48,13 +48,13 @@ class Child:
         """Start the process: a new interpreter, never a fork of this one.
 
         Args:
-            arguments: those of the `busflow` command.
-            environment: all its variables.
-            first_line: what it reads first, on its standard input.
+            arguments: the arguments of the `busflow` command.
+            environment: all variables of the process.
+            first_line: returns the line that the process reads first, on its standard input.
             sink: receives its messages and prints.
 
         Raises:
-            OSError: the system does not let it start.
+            OSError: the system cannot start it.
         """
         reading, writing = os.pipe()
         command = [sys.executable, "-P", "-m", "busflow", *arguments, "--voice", str(writing)]  # -P: see `_importing`
@@ -66,7 +66,7 @@ class Child:
                 stderr=subprocess.PIPE,
                 env=_importing(environment),
                 pass_fds=(writing,),
-                process_group=0,  # the terminal's Ctrl-C is for the main process, which knows in what order to stop
+                process_group=0,  # the terminal's Ctrl-C goes to the main process only, which stops the others in order
             )
         except OSError:
             os.close(reading)
@@ -100,41 +100,41 @@ class Child:
         """Kill the process now."""
         self._process.kill()
 
-    def _await_end(self, over: int) -> None:
-        """Kill what the child leaves in its process group, and close a pipe."""
+    def _await_end(self, end_pipe: int) -> None:
+        """Wait for the child's end, kill the processes that it leaves in its group, and close a pipe as a signal."""
         self._process.wait()
         with suppress(OSError):  # nothing is left
             os.killpg(self.pid, signal.SIGKILL)
-        os.close(over)
+        os.close(end_pipe)
 
-    def _listen(self, reports: int) -> None:
+    def _listen(self, report_pipe: int) -> None:
         process = self._process
-        over, ended = os.pipe()
+        end_pipe, ended = os.pipe()
         threading.Thread(target=self._await_end, args=(ended,), name="busflow.child.end", daemon=True).start()
         assert process.stdin is not None  # noqa: S101  # all three are pipes
         assert process.stdout is not None  # noqa: S101  # see above
         assert process.stderr is not None  # noqa: S101  # see above
-        with suppress(OSError):  # it ended before it had read anything
+        with suppress(OSError):  # the process ended before it had read anything
             process.stdin.write(self._first_line())
             process.stdin.flush()
         with selectors.DefaultSelector() as pipes:
-            names = {reports: "report", process.stdout.fileno(): "out", process.stderr.fileno(): "err"}
+            names = {report_pipe: "report", process.stdout.fileno(): "out", process.stderr.fileno(): "err"}
             for pipe in names:
                 os.set_blocking(pipe, False)
                 pipes.register(pipe, selectors.EVENT_READ)
-            pipes.register(over, selectors.EVENT_READ)
-            # The pipes' own ends say nothing: what was forked from the child holds them open too.
-            while over not in (ready := [key.fd for key, _ in pipes.select()]):
+            pipes.register(end_pipe, selectors.EVENT_READ)
+            # The ends of the child's pipes do not show its end: a process that it forked holds them open too.
+            while end_pipe not in (ready := [key.fd for key, _ in pipes.select()]):
                 for pipe in ready:
                     self._read(pipe, names[pipe], pipes)
-            pipes.unregister(over)
+            pipes.unregister(end_pipe)
             code = process.wait()
             for key in tuple(pipes.get_map().values()):
                 self._read(key.fd, names[key.fd], pipes)
         for name, rest in self._rest.items():
             self._pass_on(name, rest)
-        os.close(reports)
-        os.close(over)
+        os.close(report_pipe)
+        os.close(end_pipe)
         for stream in (process.stdout, process.stderr, process.stdin):
             with suppress(OSError):
                 stream.close()
@@ -146,7 +146,7 @@ class Child:
             self._ended.set_result(code)
 
     def _read(self, pipe: int, name: str, pipes: selectors.BaseSelector) -> None:
-        """Pass on the received bytes, whole lines only."""
+        """Read a pipe until it is empty, and pass on whole lines."""
         while True:
             try:
                 piece = os.read(pipe, _PIECE)
@@ -172,7 +172,7 @@ class Child:
         if name != "report":
             self._sink.on_print(line.decode(errors="backslashreplace"), error=name == "err")
             return
-        with suppress(ValueError):  # half a line, of a process that was killed
+        with suppress(ValueError):  # half a line: the process was killed
             self._sink.on_message(json.loads(line))
 
 

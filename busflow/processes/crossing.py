@@ -1,4 +1,4 @@
-"""Crossing: finds topics and services that cannot go from one process to another, before the start."""
+"""Crossing: before the start, finds topics and services that cannot work from one process to another."""
 
 from __future__ import annotations
 
@@ -18,46 +18,46 @@ if TYPE_CHECKING:
 
 
 def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
-    """Find what works within one process but not between the processes in which these nodes are placed."""
+    """Find the problems that the nodes have in these processes, and would not have in a single one."""
     if not (placement.others or placement.elsewhere):
         return
-    where = {member.runtime.full_name: placement.process_of(member.runtime.full_name) for member in plan.members}
+    place = {member.runtime.full_name: placement.process_of(member.runtime.full_name) for member in plan.members}
     reported: set[type[Any]] = set()
-    for member, end, other in _pairs(plan.members, where):
+    for member, end, other in _pairs(plan.members, place):
         if end.type not in reported and (why := _uncodable(end.type)):
             reported.add(end.type)
-            text = f"{type_name(end.type)} cannot go from the process {where[other.node]} to {where[end.node]}: {why}"
+            text = f"{type_name(end.type)} cannot go from the process {place[other.node]} to {place[end.node]}: {why}"
             yield _problem(member, "cannot-cross", text, f"put {other.node} and {end.node} into one process")
     for member in plan.members:
         for other in member.supervision.depends_on:
-            if where.get(other, where[member.runtime.full_name]) != where[member.runtime.full_name]:
+            if place.get(other, place[member.runtime.full_name]) != place[member.runtime.full_name]:
                 text = f"{member.runtime.full_name} depends on {other}, which is in another process"
-                fix = "put both into one process, or leave it out: no process starts before all are linked"
+                fix = "put both into one process, or leave it out: no node starts before all processes are linked"
                 yield _problem(member, "cannot-depend", text, fix)
         for received in member.subscriptions:
             if received.qos.overflow is Overflow.BLOCK:
-                yield from _unblockable(member, received, plan.members, where)
+                yield from _unblockable(member, received, plan.members, place)
 
 
 def _pairs(
-    members: Sequence[PlannedNode], where: dict[str, str]
+    members: Sequence[PlannedNode], place: dict[str, str]
 ) -> Iterator[tuple[PlannedNode, Endpoint | ServiceEndpoint, Endpoint | ServiceEndpoint]]:
     """Pair each subscription and client with each publisher or server in another process that it uses."""
     for member in members:
         for received in member.subscriptions:
             for other in members:
                 for published in other.publishers:
-                    if published.topic == received.topic and where[published.node] != where[received.node]:
+                    if published.topic == received.topic and place[published.node] != place[received.node]:
                         yield member, received, published
-        for asking in member.clients:
+        for client in member.clients:
             for other in members:
                 for server in other.servers:
-                    if server.service == asking.service and where[server.node] != where[asking.node]:
-                        yield member, asking, server
+                    if server.service == client.service and place[server.node] != place[client.node]:
+                        yield member, client, server
 
 
 def _uncodable(cls: type[Any]) -> str:
-    """Return why messages of a type cannot be encoded; empty where they can."""
+    """Return why messages of a type cannot be encoded; empty if they can."""
     try:
         support = TypeSupport(cls)
         parts = (cls.Request, cls.Response) if hasattr(cls, "Request") else (cls,)
@@ -70,19 +70,19 @@ def _uncodable(cls: type[Any]) -> str:
 
 
 def _unblockable(
-    member: PlannedNode, received: Endpoint, members: Sequence[PlannedNode], where: dict[str, str]
+    member: PlannedNode, received: Endpoint, members: Sequence[PlannedNode], place: dict[str, str]
 ) -> Iterator[Problem]:
-    """Report publishers in other processes, which cannot wait for a full queue here."""
-    here = where[received.node]
-    far = [
+    """Report publishers in other processes: they cannot wait until a full queue of this subscription has room."""
+    here = place[received.node]
+    others = [
         published.node
         for other in members
         for published in other.publishers
-        if published.topic == received.topic and where[published.node] != here
+        if published.topic == received.topic and place[published.node] != here
     ]
-    if far:
-        text = f"{received.origin} receives {received.topic} with overflow: block, and {', '.join(far)} in another "
-        text += "process cannot wait for it: what finds no room would be lost"
+    if others:
+        text = f"{received.origin} receives {received.topic} with overflow: block, and {', '.join(others)} in another "
+        text += "process cannot wait for its queue: a message for which it has no room would be lost"
         fix = f"put them into one process (process: {here}), or give it a deep queue that drops its oldest"
         yield _problem(member, "cannot-block", text, fix)
 
@@ -95,5 +95,5 @@ def _problem(member: PlannedNode, code: str, text: str, fix: str) -> Problem:
 
 
 def keep_main(plan: Plan, placement: Placement) -> None:
-    """Leave in a plan only what runs in the main process of this machine."""
+    """Remove from a plan all nodes but those of the main process of this machine."""
     plan.members = [each for each in plan.members if placement.process_of(each.runtime.full_name) == placement.main]

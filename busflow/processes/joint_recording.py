@@ -1,4 +1,4 @@
-"""JointRecording: the directory into which each process of a run records, and the outcome of all files together."""
+"""JointRecording: the directory in which each process of a run writes its recording, and the outcome of all files."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 
 _SUFFIX = ".mcap"
 _LARGEST_REPORT = 512 << 10
-"""Most characters of a report in the metadata, of which readers take no more than a MiB."""
+"""Limit of a report in the metadata, in characters: readers accept no more than a MiB of metadata."""
 
 
 class JointRecording(Extension):
-    """Recording of several files: one of each process, and one more of each further life."""
+    """A recording of several files: one for each process, and one more for each restart of a process."""
 
     def __init__(
         self, spec: RecordSpec, placement: Placement, plan: Plan, log: FilteringBoundLogger, *, run: str
@@ -45,30 +45,30 @@ class JointRecording(Extension):
         """Prepare the recording; `begin` makes its directory.
 
         Args:
-            spec: what is recorded, and to where.
+            spec: the topics and the path of the recording.
             placement: the process of each node.
             plan: all nodes of the run.
             log: receives warnings about patterns that match nothing.
-            run: its name.
+            run: the run's name.
 
         Raises:
-            RecordingRefused: its name has a placeholder that stands for nothing.
+            RecordingRefused: the path has an unknown placeholder.
         """
         self.path: Path = as_directory(named(spec.to, run=run))
-        """Directory as the user wrote it."""
+        """The directory, as the user wrote it."""
         self.directory: Path = self.path.absolute()
         self._spec, self._log = spec, log
         self._shares = Shares(spec, placement, plan)
         self._files: dict[str, list[Path]] = {process: [] for process in self._shares.processes}
         self._begun = False
         self.outcome: RecordingReport | None = None
-        """Outcome of the recording, once it is known."""
+        """The outcome of the recording; None until it is known."""
 
     def begin(self) -> None:
         """Make the directory.
 
         Raises:
-            RecordingRefused: it is there already, or cannot be made.
+            RecordingRefused: the directory exists already, or cannot be made.
         """
         try:
             self.directory.mkdir()
@@ -84,7 +84,7 @@ class JointRecording(Extension):
                 self._begun = False
 
     def share(self, process: str) -> Share:
-        """Return what a process records in the life that it is about to begin."""
+        """Return what a process records from its coming start on, with a new file for each start."""
         files = self._files[process]
         stems = self._shares.stems
         name = stems[process]
@@ -95,11 +95,11 @@ class JointRecording(Extension):
 
     @property
     def is_to_be_complete(self) -> bool:
-        """Whether the run is to end when something is missing."""
+        """True if the run has to end when a message is missing (`on_drop: fail`)."""
         return self._spec.on_drop is OnDrop.FAIL
 
     def so_far(self, recordings: Sequence[Mapping[str, Any]]) -> RecordingReport:
-        """Return the state of the recording, from the reports of its processes and their earlier lives."""
+        """Return the recording's state, from the reports of all processes, those from before a restart included."""
         if self.outcome is not None:
             return self.outcome
         recorded, missed = (sum(int(each[count]) for each in recordings) for count in ("recorded", "missed"))
@@ -109,9 +109,9 @@ class JointRecording(Extension):
         """Examine the files of all processes, and write the metadata.
 
         Args:
-            report: that of the whole run.
-            recordings: the recording reports of its processes and of their earlier lives: a file may look whole, and
-                not have come to the disk in time.
+            report: the report of the whole run.
+            recordings: the recording reports of all processes, those from before a restart included. They show a file
+                that looks complete although some of it did not reach the disk in time.
         """
         if not self._begun or self.outcome is not None:
             return

@@ -1,4 +1,4 @@
-"""JointSnapshots: the snapshots of a run of several processes, each a directory with a file of each process."""
+"""JointSnapshots: the snapshots of a run with several processes; each is a directory with one file for each process."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report
 
-Order = Callable[[str, Path, str], bool]
-"""A function that orders a process to write its last moments to a file for a reason; False if it is not there."""
+StartWriting = Callable[[str, Path, str], bool]
+"""Makes a process write its last moments to a file, for a reason; returns False if the process does not run."""
 
 
 @dataclass(slots=True)
@@ -38,14 +38,14 @@ class _Pending:
     """The processes that have not reported yet."""
     reports: dict[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     lost: list[str] = field(default_factory=list[str])
-    """The processes of which there is no file."""
+    """The processes without a file."""
 
 
 class JointSnapshots(Extension):
     """Decides when all processes write their last moments, and collects what they have written."""
 
-    def __init__(self, graph: Graph, spec: RecordSpec, shares: Shares, order: Order) -> None:
-        self._graph, self._spec, self._shares, self._order = graph, spec, shares, order
+    def __init__(self, graph: Graph, spec: RecordSpec, shares: Shares, start_writing: StartWriting) -> None:
+        self._graph, self._spec, self._shares, self._start_writing = graph, spec, shares, start_writing
         self._log = graph.log.bind("busflow")
         self._path: Path | None = None
         self._number = 0
@@ -56,15 +56,15 @@ class JointSnapshots(Extension):
         self._written: list[SnapshotReport] = []
 
     def begin(self) -> None:
-        """Find out whether snapshots can be written.
+        """Check whether snapshots can be written.
 
         Raises:
-            RecordingRefused: the name has a wrong placeholder or suffix, or its folder is not there.
+            RecordingRefused: the path has a wrong placeholder or suffix, or its folder does not exist.
         """
         self._path = foresee_snapshots(self._spec.to, run=self._graph.name).absolute()
 
     def snapshot(self, reason: str) -> SnapshotReport | None:
-        """Order all processes to write their last moments; None before the run.
+        """Make all processes write their last moments; return None before the run.
 
         Raises:
             RecordingRefused: the directory cannot be made.
@@ -87,7 +87,7 @@ class JointSnapshots(Extension):
             self._pending[str(directory)] = made
         self._log.info(f"the last moments are written to {printable(directory)}", reason=reason)
         for process in self._shares.processes:
-            if not self._order(process, directory / f"{self._shares.stems[process]}.mcap", reason):
+            if not self._start_writing(process, directory / f"{self._shares.stems[process]}.mcap", reason):
                 self.lose(process)
         return _joined(made, written=False)
 
@@ -96,7 +96,7 @@ class JointSnapshots(Extension):
         self._failures.add(reason)
 
     def take(self, process: str, report: Mapping[str, Any]) -> None:
-        """Take a process's report of the file that it has written; called in any thread."""
+        """Store a process's report of the file that it has written; called in any thread."""
         with self._lock:
             pending = self._pending.get(str(Path(str(report["path"])).parent))
             if pending is None:
@@ -106,7 +106,7 @@ class JointSnapshots(Extension):
         self._finish_ready()
 
     def lose(self, process: str) -> None:
-        """Wait no more for a process that has ended."""
+        """Stop waiting for a process that has ended."""
         with self._lock:
             for pending in self._pending.values():
                 if process in pending.waiting:
@@ -115,12 +115,12 @@ class JointSnapshots(Extension):
         self._finish_ready()
 
     def finish(self) -> None:
-        """Wait no more for any process; called when all have ended."""
+        """Stop waiting for all processes; called when they have ended."""
         for process in self._shares.processes:
             self.lose(process)
 
     def report(self, report: Report) -> Report:
-        """The run's report, with those of its snapshots."""
+        """Return the run's report with the reports of its snapshots."""
         with self._lock:
             pending = tuple(_joined(each, written=False) for each in self._pending.values())
             return replace(report, snapshots=(*self._written, *pending))
@@ -146,14 +146,14 @@ class JointSnapshots(Extension):
             return
         text = f"the snapshot {printable(found.path)} is incomplete: {printable(found.why)}"
         if self._spec.on_drop is OnDrop.FAIL:
-            with suppress(NotRunning):  # the run is over, and too late to fail
+            with suppress(NotRunning):  # the run is over and cannot fail any more
                 self._graph.bus.call(lambda: self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)")))
                 return
         self._log.warning(text)
 
 
 def _joined(pending: _Pending, *, written: bool) -> SnapshotReport:
-    """The report of a snapshot, from those of its files."""
+    """Return the report of a snapshot, from the reports of its files."""
     reports = pending.reports.values()
     why = [f"there is nothing of the process {process}" for process in pending.lost]
     why += [f"{process}: {report['why']}" for process, report in pending.reports.items() if report["why"]]

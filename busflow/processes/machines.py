@@ -1,4 +1,4 @@
-"""Machines: the other machines of a run as this one sees them: linked or not, since when, and why not."""
+"""Machines: a run's other machines as this one sees them: linked or not, since when, and why not."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
     from busflow.launchfile.model.network import NetworkAddress, NetworkSpec
 
-_FIRST_S = 0.5
-"""Time for which a run must have been linked to count as older than another run of its machine."""
+_OLDER_S = 0.5
+"""Least time of a link to another machine with which this run counts as older than another run of this machine."""
 _LATE_S = 2.0
 """Time that a machine may take before the log says that it is missing."""
-_NAMESAKE_S = 3.0
-"""Time that another run of this machine's name may be seen: the token of a killed one goes sooner."""
-_LOOK_S = 5.0
-"""Interval at which the reason for a missing machine is looked for."""
+_DOUBLE_S = 3.0
+"""Time after which another run with this machine's name counts: the token of a killed run disappears sooner."""
+_CHECK_S = 5.0
+"""Interval of the checks why a machine is missing."""
 
 
 @dataclass(slots=True)
@@ -45,10 +45,10 @@ class Machines:
         """Begin with no machine linked.
 
         Args:
-            spec: all machines.
-            own: which of them this is.
-            log: receives each machine that links or is lost.
-            seconds: the run's time.
+            spec: all machines of the run.
+            own: the name of this machine.
+            log: receives a line when a machine is linked, or is not any more.
+            seconds: returns the run's time.
         """
         self.own: str = own
         self._spec, self._log, self._seconds = spec, log, seconds
@@ -59,14 +59,14 @@ class Machines:
                 self._dialled[name] = machine.connect
         self._machines = {name: _Machine() for name in spec.machines if name != own}
         self._changed = asyncio.Event()
-        self._namesake: asyncio.TimerHandle | None = None
+        self._double_check: asyncio.TimerHandle | None = None
         self.on_doubled: Callable[[], None] = lambda: None
-        """Callback for the case that another run was this machine before this one."""
+        """Called if another run of this machine is older than this one."""
 
     def on_presence(self, process: str, *, there: bool) -> None:
         """React to a process of the run that has come, or is gone or out of reach."""
         if process == process_name(self.own, MAIN):
-            self._on_namesake(there=there)
+            self._on_double(there=there)
             return
         name = machine_of(process)
         machine = self._machines.get(name)
@@ -83,32 +83,32 @@ class Machines:
         machine.was_linked = machine.was_linked or there
         self._changed.set()
 
-    def _on_namesake(self, *, there: bool) -> None:
-        """React to another session that claims to be this machine: another run, or the token of a killed one."""
-        if self._namesake is not None:
-            self._namesake.cancel()
-            self._namesake = None
+    def _on_double(self, *, there: bool) -> None:
+        """React to another session with this machine's name: it is another run, or the token of a killed one."""
+        if self._double_check is not None:
+            self._double_check.cancel()
+            self._double_check = None
         if there:
             now_s = self._seconds()
-            came_first = any(each.linked and now_s - each.changed_s > _FIRST_S for each in self._machines.values())
-            judge = self._stay if came_first else self._give_way
-            self._namesake = asyncio.get_running_loop().call_later(_NAMESAKE_S, judge)
+            came_first = any(each.linked and now_s - each.changed_s > _OLDER_S for each in self._machines.values())
+            react = self._report_double if came_first else self._end_run
+            self._double_check = asyncio.get_running_loop().call_later(_DOUBLE_S, react)
 
-    def _stay(self) -> None:
-        self._log.error(f"another run says that it is the machine {self.own}: one of the two has to end")
+    def _report_double(self) -> None:
+        self._log.error(f"another run is started as the machine {self.own} too: one of the two has to end")
 
-    def _give_way(self) -> None:
+    def _end_run(self) -> None:
         self._log.error(f"another run is the machine {self.own} already: this one ends")
         self.on_doubled()
 
     def about(self) -> Mapping[str, Any]:
-        """Return the states of the machines, as the run answers queries."""
+        """Return the states of the machines, as plain data for the answer to a query."""
         states = {name: {"linked": each.linked, "reason": each.reason} for name, each in self._machines.items()}
         listen = self._spec.machines[self.own].listen
         return {"machine": self.own, "machines": states, "port": None if listen is None else listen.port}
 
     async def watch(self) -> None:
-        """Log why each missing machine is missing, once for each reason, until this is cancelled."""
+        """Log the reason why a machine is missing, each new reason once, until this task is cancelled."""
         wait_s = _LATE_S
         while True:
             self._changed.clear()
@@ -116,22 +116,22 @@ class Machines:
                 async with asyncio.timeout(wait_s):
                     await self._changed.wait()
             except TimeoutError:
-                wait_s = _LOOK_S
+                wait_s = _CHECK_S
                 for name, machine in self._machines.items():
                     if not machine.linked:
-                        await self._look(name, machine)
+                        await self._check(name, machine)
             else:
                 wait_s = _LATE_S
 
-    async def _look(self, name: str, machine: _Machine) -> None:
+    async def _check(self, name: str, machine: _Machine) -> None:
         """Find out why a machine is missing, and log a new reason."""
         end = self._dialled.get(name)
         if end is None:
             listen = self._spec.machines[self.own].listen
-            reason = f"it has not connected to {listen}: its run has not started, or it cannot get here"
+            reason = f"it has not connected to {listen}: its run has not started, or it cannot reach this machine"
         else:
             reason = await why_not_linked(end, credentials_of(self._spec, self.own), name)
-            reason = reason or f"{end} answers, and is not linked yet"
+            reason = reason or f"{end} answers, but the link is not there yet"
         if not machine.linked and reason != machine.reason:
             machine.reason = reason
             self._log.warning(f"the machine {name} is not linked: {reason}")

@@ -1,8 +1,9 @@
 """PipeWriter: sends a worker process's log, its reports and its end to the main process.
 
-Lines of JSON on a pipe of their own, so that nothing a node prints can pass for them. What the pipe has room for is in
-it when `send` returns, and so known whatever becomes of this process. The rest is written by a thread: a main process
-that is stopped, or busy, never holds up a node here. What finds no room is lost and counted.
+The pipe carries lines of JSON and nothing else, so that no output of a node can be taken for them. While the pipe has
+room, a line is in it when `send` returns: it reaches the main process even if this process is killed then. A thread
+writes the other lines, so that a suspended or busy main process never delays a node here. If too many lines wait, the
+oldest are lost and counted.
 """
 
 from __future__ import annotations
@@ -18,24 +19,24 @@ from typing import Any
 from busflow.log import LogRecord
 
 _DEPTH = 10_000
-"""Most lines that may wait; a further one displaces the oldest."""
+"""Limit of the waiting lines; a further line displaces the oldest."""
 _CLOSE_TIMEOUT_S = 0.3
-"""Time that a slow main process may hold up the end of a worker process."""
+"""Time by which a slow main process may delay the end of a worker process."""
 _VALUE_CHARACTERS = 4096
 
 
 class PipeWriter:
-    """Writes lines to a pipe, in a thread of its own."""
+    """Writes lines to a pipe, those that must wait in a thread."""
 
     def __init__(self, pipe: int) -> None:
-        """Take the writing end of a pipe, which no process started from here inherits."""
+        """Take the writing end of a pipe; processes that this one starts do not inherit it."""
         os.set_inheritable(pipe, False)
         os.set_blocking(pipe, False)
         self.lost: int = 0
         self._pipe = pipe
         self._lines: deque[bytes] = deque()
         self._rest = b""
-        """Rest of the line that is being written."""
+        """The rest of the line that is being written; empty if nothing waits."""
         self._arrived = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._write, name="busflow.pipe", daemon=True)
@@ -57,7 +58,7 @@ class PipeWriter:
                 self._arrived.notify()
 
     def log(self, record: LogRecord) -> None:
-        """Send a log record; a sink of the log."""
+        """Send a log record, as a sink of the log."""
         values = {name: _short(value) for name, value in record.values.items()}
         self.send(log=[record.stamp_ns, record.level, record.node, _short(record.event), values])
 
@@ -75,7 +76,7 @@ class PipeWriter:
             with self._arrived:
                 while not self._rest:
                     if self._closed:
-                        return  # the pipe's end means that this process ends, so it stays open
+                        return  # the pipe stays open, because its end would mean that this process has ended
                     self._arrived.wait()
             room.poll()
             with self._arrived:
@@ -84,12 +85,12 @@ class PipeWriter:
                     self._rest = self._written(self._lines.popleft())
 
     def _written(self, line: bytes) -> bytes:
-        """Write as much as there is room for; return the rest."""
+        """Write as much of a line as the pipe has room for; return the rest."""
         try:
             return line[os.write(self._pipe, line) :]
         except BlockingIOError:
             return line
-        except OSError:  # the main process has ended, and so will this one
+        except OSError:  # the main process has ended, so this one will end too
             return b""
 
 
@@ -97,14 +98,14 @@ def record_of(line: Any, process: str) -> LogRecord:
     """Return the log record of a line that `PipeWriter.log` sent.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the line is not a log record.
     """
     match line:
         case [int(stamp_ns), str(level), str(node), str(event), {**values}]:
             kept: Mapping[str, Any] = {str(name): value for name, value in values.items()}
             return LogRecord(stamp_ns, level, node, event, kept, process)
         case _:
-            raise ValueError("no line of a log")
+            raise ValueError("not a log record")
 
 
 def _short(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""ProcessGroup: the processes of a run: started together, their nodes delayed until all are linked, ended together."""
+"""ProcessGroup: starts a run's processes, delays their nodes until all are linked, and ends the processes together."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ START_TIMEOUT_S = 60.0
 """Time limit for all processes to get ready, in wall time: some load a gigabyte before they build a node."""
 _WARN_S = 10.0
 _KILL_S = 0.2
-"""Time that a process has, beyond its nodes' grace and the end of its recording, before it is killed."""
+"""Time until a process is killed, beyond the grace of its nodes and the end of its recording."""
 _LEAVE_S = 0.3
-"""Time to read the last reports once the processes are killed."""
+"""Time to read the last reports after the processes have been killed."""
 
 
 class ProcessGroup(Extension):
@@ -70,11 +70,11 @@ class ProcessGroup(Extension):
             graph: the graph of the main process, planned with the nodes of all processes.
             placement: the process of each node.
             name: the run's name for other terminals.
-            arguments: of the `busflow` command that starts a worker process.
+            arguments: the arguments of the `busflow` command that starts a worker process.
             outer: the environment without the launch file's variables.
             args: the launch file's arguments that a program gave; those of a command line are in `arguments`.
             network: the machines of the run, if there are several.
-            record: what each process records of itself.
+            record: the recording of the launch file, of which each process writes its share.
             event_loop: the name of the event loop in each process.
 
         Raises:
@@ -88,7 +88,7 @@ class ProcessGroup(Extension):
         if plan.errors:
             raise LaunchError(plan.errors)
         self._stated = [variable for each in graph.descriptions for variable in each.environment]
-        self._order = [each.runtime.full_name for each in plan.members]
+        self._node_order = [each.runtime.full_name for each in plan.members]
         self._prepare_recording(record, placement, plan)
         keep_main(plan, placement)
         self._main = placement.main
@@ -98,11 +98,11 @@ class ProcessGroup(Extension):
             for number, process in enumerate(placement.others, 1)
         ]
         self._by_name = {member.name: member for member in self.members}
-        self._shortcomings: list[str] = []  # of a recording with `on_drop: fail`
+        self._recording_failures: list[str] = []  # of a recording with `on_drop: fail`
         self._attach_to(graph)
 
     def _prepare_recording(self, record: RecordSpec | None, placement: Placement, plan: Plan) -> None:
-        """Attach what records all processes, or keeps their last moments; while the plan has the nodes of all."""
+        """Attach the recording of all processes, or their snapshots; the plan still has the nodes of all processes."""
         self._recording: JointRecording | None = None
         self._snapshots: JointSnapshots | None = None
         self._shares = Shares(record, placement, plan) if record is not None else None
@@ -111,11 +111,11 @@ class ProcessGroup(Extension):
         elif self._shares is not None and record is not None:
             from busflow.processes.joint_snapshots import JointSnapshots
 
-            self._snapshots = JointSnapshots(self._graph, record, self._shares, self._order_snapshot)
+            self._snapshots = JointSnapshots(self._graph, record, self._shares, self._start_snapshot)
             self._graph.attach(self._snapshots)
 
     def _attach_to(self, graph: Graph) -> None:
-        """Begin and end with the graph of the main process."""
+        """Attach this group, and the main process's own recording or snapshots, to the graph of the main process."""
         self._directory: RunDirectory | None = None
         self._membership: Membership | None = None
         self._kill_s = _KILL_S
@@ -129,10 +129,10 @@ class ProcessGroup(Extension):
             from busflow.recording.recorder.recorder import record_share
 
             record_share(graph, self._recording.share(self._main))
-        self._own_moments = self._keep_moments(graph)
+        self._own_snapshots = self._attach_own_snapshots(graph)
 
-    def _keep_moments(self, graph: Graph) -> SnapshotShare | None:
-        """Attach what keeps the last moments of the main process."""
+    def _attach_own_snapshots(self, graph: Graph) -> SnapshotShare | None:
+        """Attach the main process's own share of the snapshots, if there are any."""
         snapshots, shares = self._snapshots, self._shares
         if snapshots is None or shares is None:
             return None
@@ -152,16 +152,16 @@ class ProcessGroup(Extension):
         graph.attach(own)
         return own
 
-    def _order_snapshot(self, process: str, path: Path, reason: str) -> bool:
-        """Order a process to write its last moments; False if it does not run."""
-        if process == self._main and self._own_moments is not None:
-            self._own_moments.order(path, reason)
+    def _start_snapshot(self, process: str, path: Path, reason: str) -> bool:
+        """Make a process write its last moments; return False if it does not run."""
+        if process == self._main and self._own_snapshots is not None:
+            self._own_snapshots.write(path, reason)
             return True
         member = self._by_name.get(process)
-        return member is not None and member.order(snapshot={"path": str(path), "reason": reason})
+        return member is not None and member.send_command(snapshot={"path": str(path), "reason": reason})
 
     def on_snapshot(self, member: WorkerProcess, message: Mapping[str, Any]) -> None:
-        """React to what a process says of snapshots: that it wants one, or has written its file."""
+        """React to a process's message about a snapshot: it wants one, or it has written its file."""
         snapshots = self._snapshots
         if snapshots is None:
             return
@@ -172,7 +172,7 @@ class ProcessGroup(Extension):
                 self._graph.bus.call(lambda: snapshots.fail(f"{member.name}: {message['wanted']}"))
 
     def _attach_recording(self, record: RecordSpec, placement: Placement, plan: Plan) -> JointRecording:
-        """Attach the recording of all processes; called while the plan still has the nodes of all."""
+        """Attach the recording of all processes; the plan still has the nodes of all processes."""
         from busflow.processes.joint_recording import JointRecording
 
         recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
@@ -193,17 +193,17 @@ class ProcessGroup(Extension):
     @property
     def failures(self) -> list[str]:
         """Failures of the worker processes, and of a recording that had to be complete, as texts for people."""
-        return [failure for member in self.members for failure in member.failures] + self._shortcomings
+        return [failure for member in self.members for failure in member.failures] + self._recording_failures
 
     def run_report(self) -> Report:
         """Return the report of the whole run, once all its processes have ended."""
-        report = merged(self._graph.report(), self.members, self._order, name=self._main)
+        report = merged(self._graph.report(), self.members, self._node_order, name=self._main)
         return (
             report if self._recording is None else replace(report, recording=self._recording.so_far(self._recorded()))
         )
 
     def finish(self) -> ExitCode:
-        """Finish the recording of an ended run; return the exit code, which other failures may have changed."""
+        """Finish the recording of an ended run; return the exit code, which a failed process or file may change."""
         graph, recording = self._graph, self._recording
         if self._snapshots is not None:
             self._snapshots.finish()
@@ -224,14 +224,14 @@ class ProcessGroup(Extension):
             self._log.warning(text)
         elif self._graph.exit_code is ExitCode.OK:
             self._graph.conclude(ExitCode.INCOMPLETE)
-            self._shortcomings.append(f"{text} (on_drop: fail)")
+            self._recording_failures.append(f"{text} (on_drop: fail)")
 
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
-        """Return the recordings from the reports of all processes, those of earlier lives included."""
+        """Return the recording reports of all processes, those from before a restart included."""
         main = self._graph.report().recording
         recordings = [asdict(main)] if main is not None else []
         for member in self.members:
-            reports = (*(life.report for life in member.lives), member.report)
+            reports = (*(each.report for each in member.outcomes), member.report)
             recordings += [report["recording"] for report in reports if report is not None and "recording" in report]
         return recordings
 
@@ -318,7 +318,7 @@ class ProcessGroup(Extension):
             passed.cancel()
 
     async def _end_with_graph(self) -> None:
-        """End the worker processes when the graph ends, the last one first, and kill those that exceed their time."""
+        """Stop the worker processes when the graph ends, the last one first, and kill those that take too long."""
         await self._graph.ending.wait()
         for member in reversed(self.members):
             member.ask_to_stop(self._graph.exit_code)
@@ -330,7 +330,7 @@ class ProcessGroup(Extension):
     # Called by the worker processes.
 
     def first_line(self, member: WorkerProcess) -> bytes:
-        """Return a worker's assignment: at first all wait for each other, after a restart it waits for running ones."""
+        """Return a worker's assignment: it waits for all other processes, or for the running ones after a restart."""
         others = [each.name for each in self.members if each is not member]
         if member.restarts > 0:
             others = [name for name in others if self._by_name[name].state is MemberState.RUNNING]
@@ -353,11 +353,11 @@ class ProcessGroup(Extension):
             memory=member.memory,
             args=self._args,
             event_loop=self._event_loop,
-            record=self._share_words(member.name),
+            record=self._share_data(member.name),
         ).line()
 
-    def _share_words(self, process: str) -> Mapping[str, Any] | None:
-        """Return what a process records, or keeps for snapshots, in the life that it is about to begin."""
+    def _share_data(self, process: str) -> Mapping[str, Any] | None:
+        """Return a process's share of the recording or snapshots for its coming start, as plain data."""
         if self._recording is not None:
             return self._recording.share(process).as_words()
         return None if self._shares is None else self._shares.of(process, Path()).as_words()
@@ -367,9 +367,9 @@ class ProcessGroup(Extension):
         self._graph.log.pass_on(record)
 
     def show_print(self, process: str, line: str, *, error: bool) -> None:
-        """Pass on what a node of another process printed."""
+        """Print a line that a node of another process printed, with the name of the process."""
         stream = sys.stderr if error else sys.stdout
-        if stream:  # None where the shell closed it
+        if stream:  # None if the shell closed it
             stream.write(f"[{process}] {printable(line)}\n")
             stream.flush()
 
@@ -377,20 +377,21 @@ class ProcessGroup(Extension):
         """Return the run's time."""
         return self._graph.clock.seconds()
 
-    def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:
-        """Give the run up if a process ended with an incomplete recording that had to be complete; it may restart."""
+    def on_outcome(self, member: WorkerProcess, outcome: ProcessOutcome) -> None:
+        """Handle each end of a process: an incomplete recording with `on_drop: fail` ends the run."""
         if self._snapshots is not None:
             self._snapshots.lose(member.name)
-            if life.fate and not life.is_own:  # else the node that failed has asked for one
-                self._snapshots.fail(life.fate)
-        recording: Mapping[str, Any] = (life.report or {}).get("recording") or {}
+            # A process that reported its end has asked for a snapshot itself, when its node failed.
+            if outcome.failure and not outcome.reported_end:
+                self._snapshots.fail(outcome.failure)
+        recording: Mapping[str, Any] = (outcome.report or {}).get("recording") or {}
         if self._recording is not None and self._recording.is_to_be_complete and not recording.get("complete"):
-            why = life.fate or f"the process {member.name} has not ended its own"
+            why = outcome.failure or f"the process {member.name} has not finished its file"
             path = printable(self._recording.path)
             self._graph.give_up(IncompleteRecording(f"the recording {path} is incomplete: {why} (on_drop: fail)"))
 
     def on_final(self, code: int, *, finished: bool) -> None:
-        """End the run with a process that is not restarted, unless it only had nothing left to do and others have."""
+        """End the run with a process that is not restarted; if its nodes had only finished, wait for the others."""
         if finished and not code:
             self._graph.end_if_finished()
             return
@@ -398,7 +399,7 @@ class ProcessGroup(Extension):
         self._graph.ask_to_stop(known.get(code, ExitCode.FAILED))
 
     def _about(self) -> Mapping[str, Any]:
-        """Return what this process knows of the others; they may be unable to answer themselves."""
+        """Return facts about the worker processes and machines, which may be unable to answer themselves."""
         members = [
             {"process": member.name, "pid": member.pid, "nodes": len(member.nodes), "restarts": member.restarts}
             | {"states": {member.state.value: len(member.nodes)}}

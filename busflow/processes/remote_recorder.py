@@ -1,7 +1,7 @@
-"""`RemoteRecorder`: records a run from outside, as a member of it that only listens.
+"""RemoteRecorder: records a run from another process, which joins the run and only subscribes.
 
-Messages are written as the bytes that they came as, in the order in which they came. What a publisher numbered and did
-not get here is lost, and leaves a gap in the recording's own numbers too.
+It writes the bytes of each message as they arrived, in the order of arrival. A number that its publisher has used, and
+that does not arrive, is a lost message; it leaves a gap in the recording's own numbers too.
 """
 
 from __future__ import annotations
@@ -52,22 +52,22 @@ _PARAMETERS_QOS = QoS(depth=1000)
 
 
 class RemoteRecorder:
-    """Writes what a run publishes into a file, until it is closed."""
+    """Writes the messages of a run's topics to a file, until it is closed."""
 
     def __init__(
         self, peer: Peer, selection: Selection, *, to: str, compression: Compression, split: Split | None = None
     ) -> None:
-        """Make the file; `follow` says when to look for topics.
+        """Make the file; the caller calls `follow` again and again, to find new topics.
 
         Args:
-            peer: the run.
+            peer: the connection to the run.
             selection: the topics to record.
             to: the path of the file, in which `{name}` and `{start}` stand for the run's name and the time.
-            compression: how the file is made smaller.
-            split: when a part ends, of a recording that is a directory of parts.
+            compression: the compression of the file.
+            split: the limits of a part, for a recording that is a directory of parts; None for one file.
 
         Raises:
-            RecordingRefused: it is there already, or cannot be made.
+            RecordingRefused: the file exists already, or cannot be made.
         """
         self._peer = peer
         self._selection = selection
@@ -79,8 +79,8 @@ class RemoteRecorder:
         self._announcer = Announcer()
         self._sequence = self._missed = 0
         self._complete = False
-        self._undescribed: Exception | None = None
-        """The error after which the parts are without their metadata."""
+        self._metadata_error: Exception | None = None
+        """The error that prevented the metadata of the parts."""
         self.path: Path = named(to, run=peer.run.name)
         """The file, or the directory of parts."""
         self._split = split
@@ -92,11 +92,11 @@ class RemoteRecorder:
                 file = SplitFile(self.path / f"{self.path.name}.mcap", split, begin, durable=True)
         self._spool = Spool(file, threaded=True, on_failure=lambda _error: None)
         self.nodes: int = self._write_parameters()
-        """Number of nodes whose parameters at the beginning have been recorded."""
+        """Number of nodes whose parameters were recorded at the beginning."""
 
     def _beginning(self, compression: Compression) -> Begin:
         """Return the function that begins the file, or each part, with the facts of the run."""
-        run = self._asked("run")
+        run = self._answer("run")
         clock, seed = str(run.get("clock", self._clock.kind)), run.get("seed")
         name, words = facts(self._peer.run.name, seed, clock, self._clock.now_ns())
 
@@ -111,12 +111,12 @@ class RemoteRecorder:
 
     @property
     def failure(self) -> Exception | None:
-        """Error after which nothing more can be written; None while writing works."""
-        return self._spool.failure or self._undescribed
+        """The error that ended the writing, or prevented the metadata of the parts; None while all is well."""
+        return self._spool.failure or self._metadata_error
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """Names of the topics that the recorder listens to."""
+        """Names of the topics to which the recorder subscribes."""
         return tuple(dict.fromkeys(topic for topic, *_ in self._listeners))
 
     @property
@@ -126,12 +126,12 @@ class RemoteRecorder:
 
     @property
     def unavailable(self) -> Mapping[str, str]:
-        """Wanted topics that could not be listened to so far, each with the reason."""
+        """Selected topics to which the recorder could not subscribe so far, each with the reason."""
         return {topic: why for (topic, *_), why in self._unavailable.items()}
 
     @property
     def recorded(self) -> int:
-        """Number of messages that were taken in."""
+        """Number of messages that were accepted for writing."""
         return self._sequence - self._missed
 
     @property
@@ -141,18 +141,18 @@ class RemoteRecorder:
 
     @property
     def missed(self) -> int:
-        """Number of messages that were lost on the way, or could not be written."""
+        """Number of messages that were lost on their way here, or could not be written."""
         return self._missed
 
     @property
     def complete(self) -> bool:
-        """Whether the file is finished and nothing is missing."""
+        """True if the file is finished and no message is missing."""
         return self._complete and not self._missed
 
     def _write_parameters(self) -> int:
         """Write the parameters of all nodes that answer, as a recorder in the run does; return their number."""
         answers: list[Any] = []
-        with suppress(BusflowError):  # as above
+        with suppress(BusflowError):  # a process that is blocked or about to end does not answer
             answers = self._peer.ask("parameters")
         found: dict[str, list[dict[str, Any]]] = {node: rows for each in answers for node, rows in each.items()}
         support, now = TypeSupport(ParameterEvent), self._clock.now()
@@ -167,23 +167,22 @@ class RemoteRecorder:
                 self._missed += 1
         return self._sequence - self._missed
 
-    def _asked(self, question: str) -> Mapping[str, Any]:
-        """Ask the run; return nothing if several processes answer, or none."""
+    def _answer(self, question: str) -> Mapping[str, Any]:
+        """Query the run; return an empty answer unless exactly one process answers."""
         answers: list[Any] = []
-        with suppress(
-            BusflowError
-        ):  # a blocked or leaving process does not answer; its messages are recorded all the same
+        # A process that is blocked or about to end does not answer; its messages are recorded all the same.
+        with suppress(BusflowError):
             answers = self._peer.ask(question)
         return answers[0] if len(answers) == 1 else {}
 
     def follow(self) -> None:
-        """Begin to listen to wanted topics that are new."""
+        """Subscribe to selected topics that are new, and update the publishers of known ones."""
         for topic in view(self._peer.tokens(), []).topics.values():
             for kind in topic.kinds if topic.publishers else ():
                 if (listener := self._listeners.get((topic.name, *kind))) is None:
                     self._listen(topic, *kind)
                 else:
-                    listener.look(topic)
+                    listener.update(topic)
 
     def _listen(self, topic: TopicView, type_name: str, type_hash: str | None) -> None:
         if not self._selection.includes(topic.name):
@@ -193,7 +192,7 @@ class RemoteRecorder:
             type_ = known_type(self._peer, type_name, type_hash)
             listener = _TopicListener(self, topic, type_)
             self._listening.enter_context(self._peer.listen(topic, type_, listener=listener))
-        except BusflowError as error:  # a process that is busy, or has just gone, is asked again the next time
+        except BusflowError as error:  # a busy or just ended process is asked again at the next call
             self._unavailable[key] = str(error)
         else:
             self._listeners[key] = listener
@@ -220,7 +219,7 @@ class RemoteRecorder:
 
     def close(self) -> None:
         """Stop listening, and finish the file."""
-        report: Mapping[str, Any] = self._asked("report") if self._peer.alive else {}
+        report: Mapping[str, Any] = self._answer("report") if self._peer.alive else {}
         self._listening.close()
         with self._lock:
             for listener in self._listeners.values():
@@ -233,11 +232,11 @@ class RemoteRecorder:
             self._describe_parts()
 
     def _describe_parts(self) -> None:
-        """Write the metadata by which readers find the parts."""
+        """Write the metadata, which names the parts for readers."""
         try:
             describe_recordings(self.path)
         except (BagError, OSError) as error:
-            self._complete, self._undescribed = False, error
+            self._complete, self._metadata_error = False, error
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,15 +261,15 @@ class _TopicListener(Listener):
         self.latching: dict[bytes, _Publisher] = {}
         """The transient_local publishers, by gid."""
         self._owner = owner
-        self.look(topic)
+        self.update(topic)
 
-    def look(self, topic: TopicView) -> None:
-        """Take note of the topic's publishers."""
+    def update(self, topic: TopicView) -> None:
+        """Update the transient_local publishers of the topic."""
         ends = ((end.token.gid, as_qos(end.qos, most_depth=_MOST_DEPTH)) for end in topic.publishers)
         self.latching = {gid: _Publisher(gid, qos) for gid, qos in ends if qos.latched}
 
     def put(self, sample: zenoh.Sample) -> None:
-        """Pass a message on at once: nothing waits here."""
+        """Pass a message on at once, without a queue."""
         received = Received.of(sample)
         with self._arrived:
             before = self.lost

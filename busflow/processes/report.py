@@ -1,4 +1,4 @@
-"""Merged report: one report of a run from those of its processes and of their earlier lives."""
+"""Merged report: one report of a run from the reports of its processes, those from before a restart included."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ T = TypeVar("T")
 def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str], *, name: str = MAIN) -> Report:
     """Merge the last reports of the other processes into that of the main process, once all have ended.
 
-    Each message that reached no life of a subscription's process counts as a drop of the subscription.
+    A message that did not reach a subscription's process, in any of its lives, counts as a drop of the subscription.
 
     Args:
-        main: that of the main process.
-        members: the others.
-        order: that of the nodes.
-        name: of the main process.
+        main: the report of the main process.
+        members: the other processes.
+        order: the full names of all nodes, in the order of the report.
+        name: the name of the main process.
     """
     lives = [[_LifeReport(main.nodes, main.topics, main.services, main.timers)]]
     inbox = Counter(dropped=main.inbox_dropped, refused=main.inbox_refused, lines=main.log_lines_lost)
     blocks = list(main.blocks)
     processes = [ProcessReport(name, None, tuple(node.name for node in main.nodes))]
     for member in members:
-        lives.append([*(_read(life.report, dead=True) for life in member.lives), _read(member.report, dead=False)])
-        for report in (*(life.report for life in member.lives), member.report):
+        lives.append([*(_read(each.report, ended=True) for each in member.outcomes), _read(member.report, ended=False)])
+        for report in (*(each.report for each in member.outcomes), member.report):
             if report is not None:
                 inbox.update(report["inbox"], lines=report["log_lines_lost"])
-                blocks += [_of(Blocks, each) for each in report["blocks"]]
-        fates = tuple(life.fate for life in member.lives if life.fate)
+                blocks += [_as(Blocks, each) for each in report["blocks"]]
+        failures = tuple(each.failure for each in member.outcomes if each.failure)
         processes.append(
-            ProcessReport(member.name, member.pid, member.nodes, member.restarts, member.state.value, fates)
+            ProcessReport(member.name, member.pid, member.nodes, member.restarts, member.state.value, failures)
         )
     reports = [each for process in lives for each in process]
     nodes = {node.name: node for each in reports for node in each.nodes}
@@ -73,7 +73,7 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
 
 
 class _LifeReport:
-    """Report of one life of one process."""
+    """Report of one life of a process: from one start to its end."""
 
     def __init__(
         self,
@@ -85,25 +85,25 @@ class _LifeReport:
         self.nodes, self.topics, self.services, self.timers = nodes, topics, services, timers
 
 
-def _read(report: Mapping[str, Any] | None, *, dead: bool) -> _LifeReport:
+def _read(report: Mapping[str, Any] | None, *, ended: bool) -> _LifeReport:
     """Read a process's report. Messages that were queued in an ended process are counted as dropped."""
     if report is None:
         return _LifeReport()
     return _LifeReport(
-        [_of(NodeReport, each) for each in report["nodes"]],
-        [_topic(each, dead=dead) for each in report["topics"]],
+        [_as(NodeReport, each) for each in report["nodes"]],
+        [_topic(each, ended=ended) for each in report["topics"]],
         [
-            _of(
+            _as(
                 ServiceReport,
                 each
                 | {
-                    "servers": tuple(_of(_server_kind(each), line) for line in each["servers"]),
-                    "clients": tuple(_of(_client_kind(each), line) for line in each["clients"]),
+                    "servers": tuple(_as(_server_kind(each), line) for line in each["servers"]),
+                    "clients": tuple(_as(_client_kind(each), line) for line in each["clients"]),
                 },
             )
             for each in report["services"]
         ],
-        [_of(TimerStatistics, each) for each in report["timers"]],
+        [_as(TimerStatistics, each) for each in report["timers"]],
     )
 
 
@@ -115,27 +115,27 @@ def _client_kind(service: Mapping[str, Any]) -> type[ClientStatistics]:
     return GoalClientStatistics if service["name"].endswith(SEND_GOAL) else ClientStatistics
 
 
-def _topic(report: Mapping[str, Any], *, dead: bool) -> TopicReport:
+def _topic(report: Mapping[str, Any], *, ended: bool) -> TopicReport:
     lines: list[SubscriptionStatistics] = []
     for each in report["subscriptions"]:
-        line = _of(SubscriptionStatistics, {**each, "topic": report["name"], "overflow": Overflow(each["overflow"])})
-        if dead and line.queued:
+        line = _as(SubscriptionStatistics, {**each, "topic": report["name"], "overflow": Overflow(each["overflow"])})
+        if ended and line.queued:
             drops = {**line.drops, "process ended": line.drops.get("process ended", 0) + line.queued}
             line = replace(line, dropped=line.dropped + line.queued, queued=0, drops=drops)
         lines.append(line)
-    return _of(TopicReport, {**report, "subscriptions": tuple(lines)})
+    return _as(TopicReport, {**report, "subscriptions": tuple(lines)})
 
 
-def _of(cls: type[T], values: Mapping[str, Any]) -> T:
+def _as(cls: type[T], values: Mapping[str, Any]) -> T:
     known = {field.name for field in fields(cls)}  # pyright: ignore[reportArgumentType]  # all of them are dataclasses
     return cls(**{name: value for name, value in values.items() if name in known})
 
 
 def _topics(reports: Iterable[_LifeReport]) -> Iterable[TopicReport]:
-    """Merge topics: a message counts as published in its publisher's process, as received in a subscription's.
+    """Merge topics: count a message as published in its publisher's process, and as received in a subscription's.
 
-    Some publishers report nothing: a process just before it was killed, another machine, a program outside of the run.
-    Their count is what the process that received most of them has seen, which is a lower bound.
+    Some published messages are in no report: those of a process just before it was killed, of another machine, or of a
+    program outside of the run. Their count is that of the process that received most of them, which is a lower bound.
     """
     found: dict[str, TopicReport] = {}
     received = Counter[str]()
@@ -157,29 +157,29 @@ def _topics(reports: Iterable[_LifeReport]) -> Iterable[TopicReport]:
 
 
 def _with_unmatched(topic: TopicReport, lives: Sequence[Sequence[_LifeReport]]) -> TopicReport:
-    """Count a topic's messages that reached no life of a subscription's process as drops of the subscription."""
+    """Count a topic's messages that did not reach a subscription's process as drops of the subscription."""
     unmatched: dict[str, int] = {}
     for process in lives:
         known = [each for life in process for each in life.topics if each.name == topic.name]
-        reached = sum(each.published + _lost_on_the_way(each) for each in known)
-        stayed = _stayed(topic) - sum(map(_stayed, known))
-        missed = max(0, topic.published - reached - stayed)
+        reached = sum(each.published + _undelivered(each) for each in known)
+        unsent = _unsent(topic) - sum(map(_unsent, known))
+        missed = max(0, topic.published - reached - unsent)
         unmatched |= {line.node: missed for each in known for line in each.subscriptions}
     lines = tuple(_with_drops(line, unmatched.get(line.node, 0)) for line in topic.subscriptions)
     return replace(topic, subscriptions=lines)
 
 
-def _lost_on_the_way(topic: TopicReport) -> int:
+def _undelivered(topic: TopicReport) -> int:
     """Return how many published messages reached a process and not its nodes.
 
-    What an inbox drops is not published.
+    Messages that an inbox dropped are left out: they were never published.
     """
     others = {INBOX_DROPPED, INBOX_REFUSED, *OUTGOING}
     return sum(count for reason, count in topic.losses.items() if reason not in others)
 
 
-def _stayed(topic: TopicReport) -> int:
-    """Return how many published messages did not leave the process for others."""
+def _unsent(topic: TopicReport) -> int:
+    """Return how many published messages did not leave their process."""
     return sum(topic.losses.get(reason, 0) for reason in OUTGOING)
 
 
@@ -219,7 +219,7 @@ def _services(reports: Iterable[_LifeReport]) -> Iterable[ServiceReport]:
 
 
 def _summed(lines: Sequence[T]) -> tuple[T, ...]:
-    """Return one line for each node, with its figures added up."""
+    """Return one line for each node, which is the sum of its lines."""
     found: dict[str, Any] = {}
     for line in lines:
         node = line.node  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType, reportUnknownVariableType]  # both kinds of lines have one
@@ -229,19 +229,19 @@ def _summed(lines: Sequence[T]) -> tuple[T, ...]:
 
 def _sum(first: Any, second: Any) -> Any:
     added: dict[str, Any] = {}
-    ours: Any
-    theirs: Any
+    left: Any
+    right: Any
     for field in fields(first):
-        ours, theirs = getattr(first, field.name), getattr(second, field.name)
-        if isinstance(ours, dict):
-            added[field.name] = dict(Counter[str](ours) + Counter[str](theirs))  # pyright: ignore[reportUnknownArgumentType]  # by name
-        elif isinstance(ours, int) and field.name != "depth":
-            added[field.name] = ours + theirs
+        left, right = getattr(first, field.name), getattr(second, field.name)
+        if isinstance(left, dict):
+            added[field.name] = dict(Counter[str](left) + Counter[str](right))  # pyright: ignore[reportUnknownArgumentType]  # by name
+        elif isinstance(left, int) and field.name != "depth":
+            added[field.name] = left + right
     return replace(first, **added)
 
 
 def _timers(reports: Iterable[_LifeReport], order: Sequence[str]) -> Iterable[TimerStatistics]:
-    """Merge timers in the order of nodes: of several lives the last one, with the ticks of all."""
+    """Merge timers, in the order of nodes: a timer of several lives is the last one, with the ticks of all."""
     found: dict[tuple[str, str], TimerStatistics] = {}
     for each in reports:
         for timer in each.timers:

@@ -1,4 +1,4 @@
-"""Shares: which part of a run each of its processes records."""
+"""Shares: the part of a run that each of its processes records."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class Shares:
     """The shares of all processes of a run, and a name for the file of each."""
 
     def __init__(self, spec: RecordSpec, placement: Placement, plan: Plan) -> None:
-        """The shares of what `spec` says, in the processes of a placement; `plan` has all nodes of the run."""
+        """Divide the recording of `spec` among the processes of a placement; `plan` has all nodes of the run."""
         self.processes: tuple[str, ...] = (placement.main, *placement.others)
         self.stems: dict[str, str] = {}
-        """The name of each process's file, without its suffix."""
+        """By process, the name of its file without the suffix."""
         for process in self.processes:
             self.stems[process] = unlike(_stem(process), self.stems.values())
         everywhere = [*placement.nodes.values(), *placement.elsewhere.values()]
@@ -33,12 +33,12 @@ class Shares:
         self._outside = _listeners(plan, placement, self.processes)
 
     def of(self, process: str, file: Path) -> Share:
-        """Return what a process records, to this file."""
+        """Return the share of a process, which it records to this file."""
         return Share(process, file, self._spec, self._nodes, self._outside)
 
 
 def unlike(name: str, others: Collection[str]) -> str:
-    """Return the name, made longer until it differs from all others."""
+    """Return the name, with as many `_` added as it needs to differ from all others."""
     while name in others:
         name += "_"
     return name

@@ -31,73 +31,74 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
     from busflow.recording.recorder.snapshot_share import SnapshotShare
 
-_ORDER_BYTES = 1 << 16
+_COMMAND_BYTES = 1 << 16
 _REPORT_S = 0.5
-"""Time between reports to the main process; the last report of a killed process is no older."""
+"""Time between reports to the main process; so the last report of a killed process is at most this old."""
 _PATIENCE_S = 60.0
-"""How long to wait for the others; the main process decides about them long before."""
+"""Limit of the wait for other processes; the main process, which started earlier, gives up before that."""
 
 
 def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: int | None) -> ExitCode:
-    """Run the nodes that standard input assigns, until they end, or the main process ends them or itself ends.
+    """Run the nodes of the assignment on standard input, until they end, or the main process ends them or ends itself.
 
     Raises:
-        ProcessFailed: nothing is assigned.
+        ProcessFailed: there is no assignment.
     """
     assignment = Assignment.read(sys.stdin if pipe is not None else None)
-    leash = os.dup(0)
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # what a node starts must not hold on to the pipe, nor read from it
-    orders = _Orders(leash)
-    _make_room(assignment)
+    main_pipe = os.dup(0)
+    # A process that a node starts must not read from the pipe, nor keep it open.
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    commands = _Commands(main_pipe)
+    _adopt_settings(assignment)
     writer = PipeWriter(pipe or 0)
     failures: list[str] = []
     graph: Graph | None = None
     code = ExitCode.FAILED
     try:
-        _set(assignment.outer)
+        _set_environment(assignment.outer)
         description = describe(assignment.args)
-        _set(assignment.env)
-        gc.freeze()  # what is imported by now is there to stay: to look through it all once more at the end takes long
-        graph = _graph(description, assignment, writer, orders)
-        _give_way(graph, assignment.nice)
+        _set_environment(assignment.env)
+        gc.freeze()  # the imported objects stay: a collection that checks them all at the end takes long
+        graph = _graph(description, assignment, writer, commands)
+        _set_niceness(graph, assignment.nice)
         code = run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))
     except NodeFailed:
         failures = [failure.render() for failure in graph.failures] if graph is not None else []
     except BusflowError as error:
         code, failures = error.exit_code, [f"the process {assignment.process}: {error}"]
     finally:
-        report = None if graph is None else _figures(graph, writer)
+        report = None if graph is None else _report_data(graph, writer)
         finished = graph is not None and bool(graph.units) and graph.has_finished
         writer.send(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
         writer.close()
     return code
 
 
-class _Orders:
-    """Reads what the main process orders, in a thread, until that has ended, which ends this process too."""
+class _Commands:
+    """Reads the main process's commands in a thread; when the main process has ended, ends this one too."""
 
-    def __init__(self, leash: int) -> None:
+    def __init__(self, main_pipe: int) -> None:
         self.snapshots: SnapshotShare | None = None
-        """Writes the snapshots that are ordered."""
+        """Writes the snapshots that the main process asks for; None if there are none to write."""
         self.code: ExitCode | None = None
         """The exit code of the run, which the main process sends before the SIGTERM."""
-        self._leash = leash
+        self._main_pipe = main_pipe
         threading.Thread(target=self._read, name="busflow.main", daemon=True).start()
 
     def _read(self) -> None:
-        with suppress(OSError), os.fdopen(self._leash, "rb", buffering=0) as stream:
-            while line := stream.readline(_ORDER_BYTES):
-                with suppress(ValueError, LookupError, TypeError):  # half a line, of a main process that was killed
-                    order = json.loads(line)
-                    if "end" in order:
-                        self.code = ExitCode(order["end"])
+        with suppress(OSError), os.fdopen(self._main_pipe, "rb", buffering=0) as stream:
+            while line := stream.readline(_COMMAND_BYTES):
+                with suppress(ValueError, LookupError, TypeError):  # half a line: the main process was killed
+                    command = json.loads(line)
+                    if "end" in command:
+                        self.code = ExitCode(command["end"])
                     elif self.snapshots is not None:
-                        order = order["snapshot"]
-                        self.snapshots.order(Path(order["path"]), str(order["reason"]))
+                        snapshot = command["snapshot"]
+                        self.snapshots.write(Path(snapshot["path"]), str(snapshot["reason"]))
         os.kill(os.getpid(), signal.SIGTERM)
 
 
-def _set(variables: Mapping[str, str | None]) -> None:
+def _set_environment(variables: Mapping[str, str | None]) -> None:
     for name, value in variables.items():
         if value is None:
             os.environ.pop(name, None)
@@ -105,19 +106,19 @@ def _set(variables: Mapping[str, str | None]) -> None:
             os.environ[name] = value
 
 
-def _make_room(assignment: Assignment) -> None:
-    """Set up this process like the main process, where it matters to a node."""
+def _adopt_settings(assignment: Assignment) -> None:
+    """Give this process the main process's settings that matter to a node: module path, buffering of prints, faults."""
     sys.path[:] = assignment.path
     faulthandler.enable()
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(line_buffering=True)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]  # they are pipes
 
 
-def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeWriter, orders: _Orders) -> Graph:
+def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeWriter, commands: _Commands) -> Graph:
     """Build this process's part of the graph; other nodes are neither imported nor built.
 
     Raises:
-        LaunchError: a node can be built in the main process, and not here.
+        LaunchError: a node that could be built in the main process cannot be built here.
     """
     own = tuple(node for node in description.nodes if node.full_name in assignment.nodes)
     part = replace(description, nodes=own)
@@ -129,9 +130,9 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
         prints_failures=assignment.prints_failures,
         watchdog_s=assignment.watchdog_s,
     )
-    graph.attach(_Part(graph, assignment, writer, orders))
+    graph.attach(_Part(graph, assignment, writer, commands))
     if assignment.record is not None:
-        _record(graph, assignment.record, writer, orders)
+        _record(graph, assignment.record, writer, commands)
     plan = graph.plan()
     if len(plan.members) != len(assignment.nodes):
         raise LaunchError(plan.errors)
@@ -139,11 +140,12 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
         plan.members = assignment.memory.restored(plan, graph.log)
         graph.held = frozenset(assignment.memory.stopped)
     report_changes(graph.bus, lambda changes: writer.send(parameters=changes))
-    plan.problems.clear()  # problems of a whole graph are not those of a part, and the main process has shown them
+    # The problems of this part are not those of the whole graph, which the main process has shown.
+    plan.problems.clear()
     return graph
 
 
-def _record(graph: Graph, words: Mapping[str, Any], writer: PipeWriter, orders: _Orders) -> None:
+def _record(graph: Graph, words: Mapping[str, Any], writer: PipeWriter, commands: _Commands) -> None:
     """Record this process's share of the run, or keep its last moments."""
     from busflow.recording.recorder.share import Share
 
@@ -155,17 +157,17 @@ def _record(graph: Graph, words: Mapping[str, Any], writer: PipeWriter, orders: 
         return
     from busflow.recording.recorder.snapshot_share import SnapshotShare
 
-    orders.snapshots = SnapshotShare(
+    commands.snapshots = SnapshotShare(
         graph,
         share,
         share.spec.snapshot,
         want=lambda reason: writer.send(snapshot={"wanted": reason}),
         on_report=lambda report: writer.send(snapshot={"report": asdict(report)}),
     )
-    graph.attach(orders.snapshots)
+    graph.attach(commands.snapshots)
 
 
-def _give_way(graph: Graph, nice: int) -> None:
+def _set_niceness(graph: Graph, nice: int) -> None:
     """Set the process's niceness, as the launch file says."""
     if nice:
         try:
@@ -175,10 +177,10 @@ def _give_way(graph: Graph, nice: int) -> None:
 
 
 class _Part(Extension):
-    """Extension that joins this process to the run: nodes wait for other processes, and the main one gets reports."""
+    """Joins this process to the run: its nodes wait for the other processes, and the main process gets reports."""
 
-    def __init__(self, graph: Graph, assignment: Assignment, writer: PipeWriter, orders: _Orders) -> None:
-        self._graph, self._writer, self._orders, self._others = graph, writer, orders, assignment.others
+    def __init__(self, graph: Graph, assignment: Assignment, writer: PipeWriter, commands: _Commands) -> None:
+        self._graph, self._writer, self._commands, self._others = graph, writer, commands, assignment.others
         self._membership = Membership(
             graph,
             Path(assignment.directory),
@@ -202,8 +204,8 @@ class _Part(Extension):
             await barrier.passed(self._others, unless=self._graph.ending)
         yield
         reporting.cancel()
-        if self._graph.exit_code is ExitCode.TERMINATED and self._orders.code is not None:
-            self._graph.exit_code = self._orders.code  # a recording's ledger has the end of the run, not of its share
+        if self._graph.exit_code is ExitCode.TERMINATED and self._commands.code is not None:
+            self._graph.exit_code = self._commands.code  # a recording's ledger has the end of the run, not of its share
 
     def end(self) -> None:
         """Leave the run."""
@@ -213,10 +215,10 @@ class _Part(Extension):
         while True:
             await self._graph.clock.sleep(_REPORT_S)
             debugged = sys.gettrace() is not None or "pydevd" in sys.modules
-            self._writer.send(report=_figures(self._graph, self._writer), debugged=debugged)
+            self._writer.send(report=_report_data(self._graph, self._writer), debugged=debugged)
 
 
-def _figures(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:
-    """Return the report so far, with the lines that the writer lost counted as lost by the log."""
+def _report_data(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:
+    """Return the report so far; its number of lost log lines includes those that the writer lost."""
     report = graph.report().as_json()
     return report | {"log_lines_lost": report["log_lines_lost"] + writer.lost}

@@ -57,9 +57,9 @@ class ProcessOutcome:
     pid: int
     report: Mapping[str, Any] | None
     """Last report of the process; None if it sent none."""
-    fate: str
-    """Text that says how the process ended; empty if it ended as it should."""
-    is_own: bool = False
+    failure: str
+    """Text that says how the process failed; empty if it ended as it should."""
+    reported_end: bool = False
     """Whether the process itself reported its end; False if it was killed before it could."""
 
 
@@ -87,7 +87,7 @@ class WorkerOwner(Protocol):
         """
         ...
 
-    def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:
+    def on_outcome(self, member: WorkerProcess, outcome: ProcessOutcome) -> None:
         """React to the end of a life, if nothing had asked the process to stop."""
         ...
 
@@ -96,7 +96,7 @@ class WorkerOwner(Protocol):
         ...
 
     def on_snapshot(self, member: WorkerProcess, message: Mapping[str, Any]) -> None:
-        """React to what the process says of snapshots; called in any thread."""
+        """React to a message of the process about a snapshot; called in any thread."""
         ...
 
 
@@ -120,8 +120,8 @@ class WorkerProcess:
         self.state: MemberState = MemberState.STARTING
         self._backoff = Backoff(spec.restart)
         self.failures: list[str] = []
-        self.lives: list[ProcessOutcome] = []
-        """Lives that are over."""
+        self.outcomes: list[ProcessOutcome] = []
+        """The outcomes of the lives that are over."""
         self.report: Mapping[str, Any] | None = None
         """Last report of this life."""
         self.child: Child | None = None
@@ -129,13 +129,13 @@ class WorkerProcess:
         self._arguments, self._owner, self._log = [*arguments, "--process", spec.name], owner, log
         self._environment = {**environment, **spec.env}
         self._end: dict[str, Any] = {}
-        """What the process reported of its end: `exit_code`, `failures`, `finished`; empty if it reported none."""
+        """The end that the process reported: `exit_code`, `failures`, `finished`; empty if it reported none."""
         self._stopping = asyncio.Event()
         self._running_since_s: float | None = None
         self._last_message_s = 0.0
         self._last_report_s = 0.0
         self._is_debugged = False
-        self._is_out_of_sight = False
+        self._has_no_token = False
         self._killed_for = ""
         self._parameters: dict[str, Any] = {}
         self._stopped: tuple[str, ...] = ()
@@ -143,12 +143,12 @@ class WorkerProcess:
 
     @property
     def memory(self) -> Memory:
-        """Parameters, counted lives and nodes stopped by hand, with which the next life begins."""
-        lives = Counter(dict.fromkeys(self.nodes, len(self.lives)))
-        for life in self.lives:
-            nodes = (life.report or {}).get("nodes", ())
-            lives.update({node["name"]: node["restarts"] + node["started_by_hand"] for node in nodes})
-        return Memory(dict(self._parameters), dict(lives), self._stopped)
+        """Parameters, restarts and nodes stopped by hand, with which the next life of the process begins."""
+        restarts = Counter(dict.fromkeys(self.nodes, len(self.outcomes)))
+        for outcome in self.outcomes:
+            nodes = (outcome.report or {}).get("nodes", ())
+            restarts.update({node["name"]: node["restarts"] + node["started_by_hand"] for node in nodes})
+        return Memory(dict(self._parameters), dict(restarts), self._stopped)
 
     @property
     def policy(self) -> RestartPolicy:
@@ -174,8 +174,8 @@ class WorkerProcess:
                     return
                 pause_s = self._pause_s()
                 if pause_s is None:
-                    fate = self.lives[-1].fate if self.lives else ""
-                    self.failures += self._end.get("failures") or ([fate] if fate else [])
+                    failure = self.outcomes[-1].failure if self.outcomes else ""
+                    self.failures += self._end.get("failures") or ([failure] if failure else [])
                     # The exit code says something about the nodes only if the process reported its end, and no signal
                     # ended it.
                     known = self._end and code not in _SIGNALS
@@ -201,22 +201,22 @@ class WorkerProcess:
             return ExitCode.FAILED
         self._log.debug(f"the process {self.name} is started", pid=self.child.pid)
         code = await self.child.ended()
-        fate = self._fate(code)
-        self.lives.append(ProcessOutcome(self.child.pid, self.report, fate, is_own=bool(self._end)))
+        failure = self._failure_text(code)
+        self.outcomes.append(ProcessOutcome(self.child.pid, self.report, failure, reported_end=bool(self._end)))
         self.child, self.report = None, None
-        failures = self._end.get("failures") or ([fate] if fate else [])
-        if fate:
-            self._log.error(fate)
+        failures = self._end.get("failures") or ([failure] if failure else [])
+        if failure:
+            self._log.error(failure)
         if not self._stopping.is_set():
-            self.state = MemberState.FAILED if fate else MemberState.ENDED
-            self._owner.on_life(self, self.lives[-1])
+            self.state = MemberState.FAILED if failure else MemberState.ENDED
+            self._owner.on_outcome(self, self.outcomes[-1])
         else:  # a node may have failed in its `stop`
             self.state = MemberState.FAILED if failures else MemberState.ENDED
             self.failures += failures
         return code
 
-    def _fate(self, code: int) -> str:
-        """Return how a life ended, in words; empty if it ended well."""
+    def _failure_text(self, code: int) -> str:
+        """Return a text that says how this life of the process failed; empty if it ended well."""
         stopping = self._stopping.is_set()
         if stopping and (self._end or code == -signal.SIGTERM):  # or SIGTERM came before it had a handler for it
             return ""
@@ -250,11 +250,11 @@ class WorkerProcess:
     def ask_to_stop(self, code: int) -> None:
         """Ask the process to end, without a restart, since the run ends with this exit code."""
         self._stopping.set()
-        self.order(end=int(code))
+        self.send_command(end=int(code))
         if self.child is not None:
             self.child.terminate()
 
-    def order(self, **values: Any) -> bool:
+    def send_command(self, **values: Any) -> bool:
         """Send a command to the process, such as one for a snapshot; return False if it does not run."""
         if self.child is None or self.state not in {MemberState.RUNNING, MemberState.HANGS}:
             return False
@@ -269,7 +269,7 @@ class WorkerProcess:
 
     def on_presence(self, *, there: bool) -> None:
         """React to the process's liveliness token: it has appeared, or is gone because the process ends or hangs."""
-        self._is_out_of_sight = not there
+        self._has_no_token = not there
         if there:
             if self.state is MemberState.HANGS:
                 self._log.warning(f"the process {self.name} answers again")
@@ -278,33 +278,33 @@ class WorkerProcess:
                 self._running_since_s = self._owner.seconds()
                 self._log.debug(f"the process {self.name} runs")
                 if self.child is not None:
-                    self._look_at_reports(self.child, self._owner.seconds())
+                    self._check_reports(self.child, self._owner.seconds())
         elif self.state is MemberState.RUNNING and self.child is not None:
-            asyncio.get_running_loop().call_later(_DYING_S, self._look_whether_it_hangs, self.child)
+            asyncio.get_running_loop().call_later(_EXIT_S, self._check_for_hang, self.child)
 
-    def _look_whether_it_hangs(self, child: Child) -> None:
-        if self.child is not child or not self._is_out_of_sight or self._stopping.is_set():
+    def _check_for_hang(self, child: Child) -> None:
+        if self.child is not child or not self._has_no_token or self._stopping.is_set():
             return
         # A recent message shows that the process lives: its token is gone because the main process stood still, or the
         # link broke.
         if self._owner.seconds() - self._last_message_s < _SILENT_S:
-            asyncio.get_running_loop().call_later(_SILENT_S, self._look_whether_it_hangs, child)
+            asyncio.get_running_loop().call_later(_SILENT_S, self._check_for_hang, child)
             return
         self._hang(child, "it is stopped (SIGSTOP), or has no time to answer")
 
-    def _look_at_reports(self, child: Child, looked_s: float) -> None:
+    def _check_reports(self, child: Child, checked_s: float) -> None:
         """Check twice a second whether the process's event loop still turns; the loop sends two reports a second."""
         if self.child is not child or self._stopping.is_set():
             return
         now_s = self._owner.seconds()
-        if now_s - looked_s > _SILENT_S:  # the main process stood still, and has not read the reports yet
+        if now_s - checked_s > _SILENT_S:  # the main process stood still, and has not read the reports yet
             self._last_report_s = now_s
         silent_s = now_s - self._last_report_s
         if self.state is MemberState.RUNNING and silent_s > self.spec.hang_s and self._is_at_work(child.pid):
             self._hang(child, f"its event loop stands still for {self.spec.hang_s:g} s (hang: in processes:)")
-        elif self.state is MemberState.HANGS and silent_s < _SILENT_S and not self._is_out_of_sight:
+        elif self.state is MemberState.HANGS and silent_s < _SILENT_S and not self._has_no_token:
             self.on_presence(there=True)
-        asyncio.get_running_loop().call_later(_LOOK_S, self._look_at_reports, child, now_s)
+        asyncio.get_running_loop().call_later(_CHECK_S, self._check_reports, child, now_s)
 
     def _is_at_work(self, pid: int) -> bool:
         """Return whether all nodes have started and no debugger is attached; else the event loop may stand still."""
@@ -343,15 +343,15 @@ class WorkerProcess:
         self._owner.show_print(self.name, line, error=error)
 
 
-_DYING_S = 0.2
+_EXIT_S = 0.2
 """Time from the loss of a token to the check whether the process hangs.
 
 An ending process loses its token first, and its exit is known a moment later.
 """
 _SILENT_S = 1.0
 """Time without a message after which a process counts as hanging; a working one reports twice in it."""
-_LOOK_S = 0.5
-"""Time between two looks at the age of the last report."""
+_CHECK_S = 0.5
+"""Time between two checks of the last report's age."""
 _BEFORE_WORK = {NodeState.BUILT, NodeState.WAITING, NodeState.STARTING, NodeState.RESTARTING}
 
 

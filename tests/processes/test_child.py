@@ -45,5 +45,5 @@ def test_killed_process_reports_its_signal():
 def test_malformed_first_line_is_reported():
     code, listener = lived("run", "no.yaml", "--process", "left", first_line=b"nonsense\n")
     assert code != 0
-    assert any("--process is how busflow run starts its own processes" in line for line, _ in listener.printed)
+    assert any("--process is for busflow run, to start its own processes" in line for line, _ in listener.printed)
     assert listener.messages == []

@@ -119,5 +119,5 @@ def test_raising_constructor_starts_with_launch_file_values():
 
 
 def test_each_restart_draws_new_random_numbers():
-    drawn = {int(next_life(Memory(lives={"/sensor": life}))[0].rng.integers(1 << 60)) for life in range(4)}
+    drawn = {int(next_life(Memory(restarts={"/sensor": life}))[0].rng.integers(1 << 60)) for life in range(4)}
     assert len(drawn) == 4

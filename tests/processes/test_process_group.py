@@ -253,7 +253,7 @@ def all_is_one_graph():
     [
         (["--trace", "trace.txt"], "--trace: a trace works only in one process; add --one-process"),
         (["--no-inspect"], "--no-inspect: the processes of a run inspect each other; add --one-process"),
-        (["--process", "left"], "--process is how busflow run starts its own processes; leave it out"),
+        (["--process", "left"], "--process is for busflow run, to start its own processes; leave it out"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )

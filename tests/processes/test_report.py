@@ -9,8 +9,8 @@ class Member:
     """What the account reads of a process."""
 
     def __init__(self, name, nodes, *, report=None, lives=()):
-        self.name, self.nodes, self.report, self.lives = name, nodes, report, list(lives)
-        self.pid, self.restarts, self.state = 7, len(self.lives), type("State", (), {"value": "running"})
+        self.name, self.nodes, self.report, self.outcomes = name, nodes, report, list(lives)
+        self.pid, self.restarts, self.state = 7, len(self.outcomes), type("State", (), {"value": "running"})
 
 
 def line(node, published, delivered, dropped=0, queued=0):

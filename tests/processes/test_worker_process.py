@@ -152,12 +152,12 @@ def test_parameters_and_restart_counts_survive_a_restart(running):
         member.on_message({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
         restarted = {"nodes": [_counts("/a", 1, 1, "running"), _counts("/b", 0, 0, "stopped by hand")]}
         member.on_message({"report": restarted})
-        member.lives += [ProcessOutcome(7, restarted, "killed"), ProcessOutcome(8, None, "killed")]
+        member.outcomes += [ProcessOutcome(7, restarted, "killed"), ProcessOutcome(8, None, "killed")]
         return member.memory
 
     memory = asyncio.run(tell())
     assert memory.parameters == {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}
-    assert (memory.lives, memory.stopped) == ({"/a": 4, "/b": 2}, ("/b",))
+    assert (memory.restarts, memory.stopped) == ({"/a": 4, "/b": 2}, ("/b",))
 
 
 def _counts(name, restarts, starts, state):

@@ -83,7 +83,7 @@ class SnapshotShare(SnapshotRecorder):
         """The run's report; the snapshots of all processes are in another extension's."""
         return report
 
-    def order(self, path: Path, reason: str) -> None:
+    def write(self, path: Path, reason: str) -> None:
         """Write the last moments to a new file; called in any thread."""
         self._orders.append((path, reason))
         self._ordered.set()

@@ -41,11 +41,10 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
         if lost := _lost(topic):
             missed = counted(lost, "message was", "messages were")
             yield f"{name}: {missed} lost between processes in the run, but not in the replay"
-        for subscription in mappings(topic.get("subscriptions")):
-            dropped = _dropped(subscription)
-            if subscription.get("node") in nodes and dropped > 0:
-                missed = f"{subscription['node']} dropped {counted(dropped, 'message')} in the run"
-                yield f"{name}: {missed}, and received all in the replay"
+        for line in mappings(topic.get("subscriptions")):
+            dropped = _dropped(line)
+            if line.get("node") in nodes and dropped > 0:
+                yield f"{name}: {line['node']} dropped {counted(dropped, 'message')}, but received all in the replay"
 
 
 def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:

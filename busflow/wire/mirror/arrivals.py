@@ -96,9 +96,7 @@ class Arrivals:
         for book in (self.last, self._gone, self._records):
             book.pop(gid, None)
 
-    def note_subscription(
-        self, subscription: Subscription[Any], former: Subscription[Any] | None, present: Collection[Any]
-    ) -> None:
+    def add(self, subscription: Subscription[Any], former: Subscription[Any] | None, present: Collection[Any]) -> None:
         """Record a subscription as made while publishers are away, unless its predecessor was made before they went.
 
         Args:

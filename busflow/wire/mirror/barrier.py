@@ -90,8 +90,7 @@ class Barrier:
             elif (process, self._others[process][0]) not in self._linked_to_us:
                 found.append(f"{process} does not see all nodes of {self._process}")
         sessions = {self._others[process][0] for process in others if process in self._others}
-        topics = self._mirror.unconnected(sessions)
-        return found or [f"messages of {self._process} on {topic} do not reach all processes" for topic in topics]
+        return found or [f"not all processes receive {topic} from here" for topic in self._mirror.unconnected(sessions)]
 
     async def passed(self, others: Collection[str], *, unless: asyncio.Event) -> None:
         """Wait until these processes and this one are linked, or until `unless` is set."""

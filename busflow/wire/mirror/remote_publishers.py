@@ -55,7 +55,7 @@ class RemotePublishers:
         After a restart of its node it has the place, the queue and the messages of its predecessor, `former`.
         """
         if (arrivals := self._arrivals.get(subscription.topic)) is not None:
-            arrivals.note_subscription(subscription, former, self._bus.topics[subscription.topic].subscriptions)
+            arrivals.add(subscription, former, self._bus.topics[subscription.topic].subscriptions)
         for token in self._known_on(subscription.topic):
             self._consider(token)
         inlet = self._inlets.get(subscription.topic)

@@ -72,7 +72,7 @@ class RemoteServer:
         self._call_count += 1
         attachment = Attachment(self._call_count, self._clock.now().nanoseconds, self._gid).encode()
         self._waiting[call] = zenoh.CancellationToken()
-        self._sender.hand(partial(self._send_query, call, self._waiting[call], payload, attachment))
+        self._sender.hand(partial(self._query, call, self._waiting[call], payload, attachment))
 
     def withdraw(self, call: Call[Any, Any]) -> None:
         """Cancel a call that no task waits for any more."""
@@ -92,9 +92,7 @@ class RemoteServer:
         if self._service.server is self:
             self._service.leave(self)
 
-    def _send_query(
-        self, call: Call[Any, Any], token: zenoh.CancellationToken, payload: bytes, attachment: bytes
-    ) -> None:
+    def _query(self, call: Call[Any, Any], token: zenoh.CancellationToken, payload: bytes, attachment: bytes) -> None:
         """Send the query. The sender's thread runs this, because a stalled link would block the loop."""
 
         def on_reply(reply: zenoh.Reply) -> None:

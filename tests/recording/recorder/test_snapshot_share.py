@@ -40,7 +40,7 @@ async def test_an_order_writes_the_last_moments(tmp_path):
     lab, keeper = lab_of(tmp_path, print, reports)
     async with lab:
         await lab.advance(2.05)
-        keeper.order(tmp_path / "far.mcap", "a test")
+        keeper.write(tmp_path / "far.mcap", "a test")
         await lab.settle()
         (report,) = reports
         assert (report.path, report.reason, report.complete) == (str(tmp_path / "far.mcap"), "a test", True)
@@ -58,7 +58,7 @@ async def test_a_failure_waits_for_its_order(tmp_path):
 
     def want(reason):
         assert "no current" in reason
-        keeper.order(tmp_path / "far.mcap", reason)
+        keeper.write(tmp_path / "far.mcap", reason)
 
     lab, keeper = lab_of(tmp_path, want, reports, expect_failure=Source)
     async with lab:
@@ -74,7 +74,7 @@ async def test_a_file_that_cannot_be_made_is_reported(tmp_path):
     reports = []
     lab, keeper = lab_of(tmp_path, print, reports)
     async with lab:
-        keeper.order(tmp_path / "none/far.mcap", "a test")
+        keeper.write(tmp_path / "none/far.mcap", "a test")
         await lab.settle()
     (report,) = reports
     assert (report.written, report.complete) == (True, False)
