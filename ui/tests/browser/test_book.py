@@ -302,6 +302,9 @@ def test_a_finger_has_the_button_too(stage: BookStage):
         page.set_default_timeout(PATIENCE_MS)
         page.goto(f"{stage.shown.url}/odd.html#token={stage.shown.token}")
         page.wait_for_selector(".live-plot .live-panel")
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing leads out to the side"
+        page.locator(".assistant-button.corner").tap()
+        page.locator("dialog").get_by_role("button", name="Close").tap()
         select(page, "The odd node")
         page.locator(".assistant-button.floating").tap()
         ask(page, "How often does the odd node publish?").locator(".citation").first.tap()

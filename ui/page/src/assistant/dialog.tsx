@@ -24,7 +24,10 @@ export interface DialogProps {
 
 export function Dialog({ session, talk, about, onWholePage, onCite, onClose }: DialogProps) {
   const dialog = useRef<HTMLDialogElement>(null);
-  useEffect(() => dialog.current?.showModal(), []);
+  useEffect(() => {
+    dialog.current?.showModal();
+    dialog.current?.querySelector("textarea")?.focus();
+  }, []);
   const onClick = (event: TargetedMouseEvent<HTMLDialogElement>) => {
     if (event.target === event.currentTarget) event.currentTarget.close(); // beside it: on the text
   };
@@ -101,7 +104,6 @@ function QuestionForm({ session, talk, about, onWholePage }: FormProps) {
       <AboutView about={about} onWholePage={onWholePage} />
       <textarea
         class="field"
-        autofocus
         rows={2}
         maxLength={MOST_QUESTION}
         aria-label="Question"
