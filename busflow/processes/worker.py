@@ -207,6 +207,10 @@ class _Part(Extension):
         if self._graph.exit_code is ExitCode.TERMINATED and self._commands.code is not None:
             self._graph.exit_code = self._commands.code  # a recording's ledger has the end of the run, not of its share
 
+    def order_carried_out(self) -> None:
+        """Report at once: if this process is killed now, its next life must know which nodes stay stopped."""
+        self._writer.send(report=_figures(self._graph, self._writer))
+
     def end(self) -> None:
         """Leave the run."""
         self._membership.end()

@@ -63,6 +63,8 @@ class OrdersByHand:
                 for unit in [unit for unit in units if unit.ended.is_set()]:
                     await self._graph.start_by_hand(unit)
                     unit.runtime.log.info("started by hand")
+            for extension in self._graph.extensions:
+                extension.order_carried_out()
 
     def _ended(self, task: asyncio.Task[None]) -> None:
         self._tasks.discard(task)

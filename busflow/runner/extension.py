@@ -44,6 +44,9 @@ class Extension:
         """Write the last moments of the run; return None if this extension keeps none."""
         return None
 
+    def order_carried_out(self) -> None:
+        """React to nodes that were stopped or started by hand."""
+
     def node_dismissed(self, unit: Unit) -> None:
         """React to a node that has left the running graph for good, or for another one of its name."""
 

@@ -11,6 +11,7 @@ from busflow.clock import SimClock
 from busflow.errors import NotRunning
 from busflow.msgs.std_srvs import Trigger
 from busflow.runner.by_hand import Order, OrdersByHand
+from busflow.runner.extension import Extension
 from busflow.testing import harness, virtual_time
 
 
@@ -311,3 +312,29 @@ def test_node_that_will_not_end_cannot_start(monkeypatch):
             assert [node.state for node in graph.report().nodes] == ["stopped by hand", "running"]
 
     asyncio.run(asyncio.wait_for(main(), 60))
+
+
+class Reporting(Extension):
+    """Keeps the states of all nodes after each order."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self.seen: list[list[str]] = []
+
+    def order_carried_out(self) -> None:
+        self.seen.append([node.state for node in self.graph.report().nodes])
+
+
+@virtual_time
+async def test_extensions_learn_of_a_carried_out_order():
+    graph = Graph([Source, Sink], clock=SimClock())
+    extension = Reporting(graph)
+    graph.attach(extension)
+    await graph.start()
+    orders = OrdersByHand(graph)
+    orders.give(Order.STOP, ["/source"])
+    await asyncio.sleep(1)
+    orders.give(Order.START, ["/source"])
+    await asyncio.sleep(1)
+    await graph.stop()
+    assert extension.seen == [["stopped by hand", "running"], ["starting", "running"]]
