@@ -71,13 +71,13 @@ if TYPE_CHECKING:
     from busflow.node.handlers import on_event as on_event
     from busflow.node.handlers import on_parameters as on_parameters
     from busflow.node.handlers import service as service
-    from busflow.node.handlers import subscription as subscription
     from busflow.node.node import Node as Node
     from busflow.node.parameters import Parameters as Parameters
     from busflow.node.parameters import ReadOnly as ReadOnly
     from busflow.node.supervision import RestartPolicy as RestartPolicy
     from busflow.node.supervision import supervised as supervised
     from busflow.pairing.members import Unpaired as Unpaired
+    from busflow.pairing.subscriptions import subscription as subscription
     from busflow.pairing.words import synchronized as synchronized
     from busflow.program import launch as launch
     from busflow.program import run as run
@@ -154,7 +154,7 @@ _HOMES = {
     "publisher": "node.declarations",
     "run": "program",
     "service": "node.handlers",
-    "subscription": "node.handlers",
+    "subscription": "pairing.subscriptions",
     "supervised": "node.supervision",
     "synchronized": "pairing.words",
     "take": "interfaces.message",

@@ -17,7 +17,7 @@ from busflow.msgs.builtin_interfaces import Time as TimeMsg
 from busflow.msgs.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from busflow.msgs.std_msgs import Header
 from busflow.msgs.tf2_msgs import TFMessage
-from busflow.node.declarations import ComposedDeclaration
+from busflow.node.declarations import ComposedDeclaration, Declaration
 from busflow.node.node import Node, runtime_of
 from busflow.node.signatures import calling_line
 
@@ -62,7 +62,7 @@ def transforms() -> TransformsDeclaration:
 class Frames:
     """The frames of the robot as one node uses them; the tree behind it is one for all nodes of the process."""
 
-    def __init__(self, runtime: NodeRuntime, declared: TransformsDeclaration) -> None:
+    def __init__(self, runtime: NodeRuntime, declared: Declaration) -> None:
         self._runtime, self._declared = runtime, declared
         self._moving, self._fixed = runtime.resolve(MOVING).name, runtime.resolve(FIXED).name
         self._sent_fixed: dict[str, TransformStamped] = {}

@@ -175,12 +175,12 @@ class Handler(Declaration, Generic[P, R]):
 
 
 @overload
-def subscription(topic: str, /, *, qos: QoS | None = None) -> _HandlerDecorator: ...
+def subscription(topic: str, /, *, qos: QoS | None = None) -> HandlerDecorator: ...
 @overload
 def subscription(message_type: type[M], topic: str, /, qos: QoS | None = None) -> PullDeclaration[M]: ...
 def subscription(
     message_type: type[M] | str, topic: str | None = None, /, qos: QoS | None = None
-) -> _HandlerDecorator | PullDeclaration[M]:
+) -> HandlerDecorator | PullDeclaration[M]:
     """Receive a topic: above a handler, or as an attribute to pull from.
 
     Write `@subscription("imu/data")` above a method, or `imu = subscription(Imu, "imu/data")`. The handler's annotation
@@ -192,7 +192,7 @@ def subscription(
             raise InvalidDeclaration(f'the type comes first: write subscription({topic.__name__}, "{message_type}")')
         if topic is not None:
             raise InvalidDeclaration(f"@subscription(…) takes nothing more but qos=QoS(depth=…), got {topic!r}")
-        return _HandlerDecorator(SubscriptionRole(message_type, checked_qos(qos, "@subscription(…)")))
+        return HandlerDecorator(SubscriptionRole(message_type, checked_qos(qos, "@subscription(…)")))
     if not isinstance(message_type, type):  # type: ignore[redundant-expr]  # users without a type checker
         name = getattr(message_type, "__name__", "the method")
         raise InvalidDeclaration(f'@subscription needs a topic\'s name: write @subscription("imu/data") above {name}')
@@ -201,12 +201,12 @@ def subscription(
     return PullDeclaration(message_type, topic, qos)
 
 
-def on_event(topic: str) -> _HandlerDecorator:
+def on_event(topic: str) -> HandlerDecorator:
     """Handle events of this node's own ends of a topic.
 
     Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
     """
-    return _HandlerDecorator(EventRole(checked_name(topic, "@on_event(…)", "topic")))
+    return HandlerDecorator(EventRole(checked_name(topic, "@on_event(…)", "topic")))
 
 
 def on_parameters(function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]:
@@ -259,10 +259,10 @@ class _ServiceDecorator(Generic[Req, Res]):
     @overload
     def __call__(self, function: Callable[[Any, Req], Res]) -> Handler[[Req], Res]: ...
     def __call__(self, function: Any) -> Any:
-        return _HandlerDecorator(self._role)(function)
+        return HandlerDecorator(self._role)(function)
 
 
-class _HandlerDecorator:
+class HandlerDecorator:
     """The decorator that `@subscription(topic)` returns; above another one it adds a second, separate role."""
 
     def __init__(self, role: Role) -> None:
@@ -273,6 +273,7 @@ class _HandlerDecorator:
     @overload
     def __call__(self, function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]: ...
     def __call__(self, function: Handler[P, R] | Callable[Concatenate[Any, P], R]) -> Handler[P, R]:
+        """Return the handler that the method is now, with one role more if it was one."""
         if isinstance(function, Handler):
             return Handler(function.function, (self._role, *function.roles))
         return Handler(function, (self._role,))

@@ -11,7 +11,9 @@ from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable
 from busflow.bus.queues import Queue
 from busflow.bus.subscription import Subscription
-from busflow.interfaces.message import Message
+from busflow.errors import InvalidDeclaration
+from busflow.interfaces.message import Message, type_name
+from busflow.msgs.std_msgs import Header
 
 SUPERSEDED = "superseded"
 UNPAIRED = "unpaired"
@@ -164,6 +166,20 @@ def stamp_ns(message: Any) -> int:
     """Return the stamp of a message's header, in ns."""
     stamp = message.header.stamp
     return stamp.sec * _NS_PER_S + stamp.nanosec
+
+
+def require_header(kind: type[Message], origin: str, topic: str) -> None:
+    """Check that a type of messages has a header with a stamp.
+
+    Raises:
+        InvalidDeclaration: it has none.
+    """
+    header = kind.model_fields.get("header")
+    if header is None or header.annotation is not Header:
+        raise InvalidDeclaration(
+            f"{origin} needs the stamp of a header, and {type_name(kind)} on {topic} has none; give the type a "
+            "`header: Header` as its first field, or use @subscription alone"
+        )
 
 
 def _no_handler(_message: Any) -> None:

@@ -8,13 +8,12 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
 
 from busflow.bus.qos import QoS
 from busflow.errors import InvalidDeclaration
-from busflow.interfaces.message import Message, type_name
-from busflow.msgs.std_msgs import Header
+from busflow.interfaces.message import Message
 from busflow.node.declarations import ComposedDeclaration, checked_name, checked_type
 from busflow.node.node import Node, runtime_of
 from busflow.node.signatures import line_of, names_used, resolve
 from busflow.pairing.group import HoldGroup, StampGroup, SynchronizedGroup
-from busflow.pairing.members import Member
+from busflow.pairing.members import Member, require_header
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
 
@@ -94,12 +93,7 @@ class SynchronizedDeclaration(ComposedDeclaration[Callable[P, R]], Generic[P, R]
             names = getattr(self.function, "__globals__", {})
             kind = resolve(stated, names, self._surroundings, self.origin) if isinstance(stated, str) else stated
             checked: Any = checked_type(kind, self.origin)
-            header = checked.model_fields.get("header")
-            if header is None or header.annotation is not Header:
-                raise InvalidDeclaration(
-                    f"{self.origin} pairs messages by the stamp of their header, and {type_name(checked)} on {topic} "
-                    "has none; give the type a `header: Header` as its first field, or use @subscription"
-                )
+            require_header(checked, self.origin, topic)
             found.append(checked)
         return found
 

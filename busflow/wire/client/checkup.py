@@ -21,6 +21,7 @@ _MISSED_SHARE = 0.01
 """A timer that misses a larger share of its ticks is reported."""
 _REMEDIES: Mapping[str, str] = {
     "overflow": "raise its depth, make its handler faster, or choose overflow: block",
+    "no_transform": "see which edge lags: busflow tf monitor; or raise wait",
     "unpaired": "stamp both topics with the time of the measurement, raise within, or raise depth",
     "expired": "they waited longer than the publisher's lifespan: make the handler faster, or raise the lifespan",
 }
