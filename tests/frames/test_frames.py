@@ -22,7 +22,7 @@ from busflow import (
 )
 from busflow.clock import SIM_EPOCH_NS, SimClock
 from busflow.errors import NotRunning
-from busflow.frames.shared import SharedFrames
+from busflow.frames.shared import SharedFrames, shared_frames
 from busflow.msgs.geometry_msgs import Point, PointStamped, Quaternion, Transform, TransformStamped, Vector3
 from busflow.msgs.std_msgs import Header
 from busflow.msgs.tf2_msgs import TFMessage
@@ -280,6 +280,17 @@ async def test_late_node_gets_all_static_frames():
         kept = late.latest
         assert kept is not None
         assert [each.child_frame_id for each in kept.transforms] == ["camera", "imu"]
+
+
+@virtual_time
+async def test_tree_begins_with_what_publishers_keep():
+    async with harness(User) as lab:
+        for topic, edge in (("/late/tf", ("odom", "base")), ("/late/tf_static", ("base", "imu"))):
+            publisher = lab.advertise(TFMessage, topic, qos=TRANSIENT_LOCAL)
+            publisher.publish(TFMessage(transforms=(transform(*edge, Time(seconds=1)),)))
+        graph = lab.graph
+        shared = shared_frames(graph.bus, "/late/tf", "/late/tf_static", graph.log.bind("busflow"))
+        assert shared.tree.frames == {"odom", "base", "imu"}
 
 
 def test_frames_of_a_node_without_graph_say_so():

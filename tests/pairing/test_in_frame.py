@@ -96,6 +96,18 @@ async def test_wait_counts_from_the_arrival_of_each():
         assert next(line for line in lab.ledger if line.topic == "/points").drops == {"no_transform": 4}
 
 
+@virtual_time
+async def test_full_queue_hands_over_nothing_too_early():
+    async with harness(Wheels, Mapper) as lab:
+        await lab.advance(0.11)
+        for each in (120, 300, 310, 320):
+            lab.publish("/points", point(each))
+            await lab.settle()  # the first is waited for when the last one pushes it out
+        await lab.advance(0.2)
+        assert lab.node(Mapper).got == []
+        assert next(line for line in lab.ledger if line.topic == "/points").drops == {"no_transform": 4}
+
+
 def test_failing_handler_fails_its_node():
     class Broken(Mapper):
         def note(self, message: PointStamped) -> None:
