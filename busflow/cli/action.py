@@ -38,10 +38,10 @@ _VERBS = {
 _EXAMPLES = """\b
 Examples:
   busflow action list -t
-  busflow action info motor_driver/move
-  busflow action send_goal -f motor_driver/move my_robot/action/MoveTo '{angle: 1.0}'
-  busflow action goals motor_driver/move
-  busflow action cancel motor_driver/move --all"""
+  busflow action info joint_mover/move
+  busflow action send_goal -f joint_mover/move lab/action/MoveJoint '{angle: 1.0}'
+  busflow action goals joint_mover/move
+  busflow action cancel joint_mover/move --all"""
 _ANSWER = "5s"
 _STATES = ("UNKNOWN", "ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED")
 """ROS 2's words for the states of goals, by their number."""
