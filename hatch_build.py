@@ -82,7 +82,10 @@ def described(sources: Path) -> dict[str, Any]:
 def _collect(declared: ast.ClassDef, types: dict[str, ast.ClassDef], wholes: dict[str, str]) -> None:
     """Add a message, or a service or an action and its parts."""
     package = next((ast.literal_eval(each.value) for each in declared.keywords if each.arg == "package"), None)
-    if package is None:
+    if package is None:  # a class around types, as control_msgs has one
+        for inner in declared.body:
+            if isinstance(inner, ast.ClassDef):
+                _collect(inner, types, wholes)
         return
     base = ast.unparse(declared.bases[0])
     if base == "Message":
@@ -154,7 +157,11 @@ def _shape(annotation: ast.expr) -> tuple[str, Count, int, int]:
     if not isinstance(annotation, ast.Subscript):
         word = ast.unparse(annotation)
         single = word.removesuffix("Array").lower()
-        return (single, Count.UNBOUNDED, 0, 0) if word != single and single in PRIMITIVES else (word, Count.ONE, 0, 0)
+        return (
+            (single, Count.UNBOUNDED, 0, 0)
+            if word.endswith("Array") and single in PRIMITIVES
+            else (word, Count.ONE, 0, 0)
+        )
     if ast.unparse(annotation.value) != "Annotated":  # Sequence[…]
         word, _, _, bound = _shape(annotation.slice)
         return word, Count.UNBOUNDED, 0, bound

@@ -60,8 +60,8 @@ class _Module:
     ) -> None:
         self._package, self._home = package, home
         self._definitions = _ordered(definitions)
-        self._own = {each.short for each in definitions}
-        _refuse_same_names(definitions)
+        self._inside = _hidden_by_another(self._definitions)
+        self._own = {each.short for each in definitions} | {str(each.kind) for each in self._inside}
         parts = [part for each in definitions for part in each.parts]
         declared = [(one.field.name, one.place) for part in parts for one in part.fields]
         _refuse_names(declared)
@@ -70,7 +70,9 @@ class _Module:
 
     def lines(self, sources: Sources) -> Iterator[str]:
         """Yield the lines of the module."""
-        classes = [line for each in self._definitions for line in ("", "", *self._class(each))]
+        outside = [each for each in self._definitions if each not in self._inside]
+        classes = [line for each in outside for line in ("", "", *self._class(each, 0))]
+        classes += [line for kind in Kind for line in self._namespace(kind)]
         kinds = [(kind, sum(each.kind is kind for each in self._definitions)) for kind in Kind]
         held = ", ".join(counted(count, kind.noun) for kind, count in kinds if count)
         yield from docstring(f"`{self._package}`: {held}, from its definition files.", 0)
@@ -81,19 +83,29 @@ class _Module:
         yield from all_names(self._own)
         yield from classes
 
-    def _class(self, definition: TypeDefinition) -> Iterator[str]:
-        base = self._word(_BASES[definition.kind])
-        yield f'class {definition.short}({base}, package="{self._package}"):'
+    def _namespace(self, kind: Kind) -> Iterator[str]:
+        """Yield a class around the types of a kind whose names others have: `control_msgs.action.GripperCommand`."""
+        inside = [each for each in self._inside if each.kind is kind]
+        if inside:
+            yield from ("", "", f"class {kind}:")
+            yield f'    """Types whose names other types of `{self._package}` have too."""'
+        for each in inside:
+            yield from ("", *self._class(each, 1))
+
+    def _class(self, definition: TypeDefinition, depth: int) -> Iterator[str]:
+        """Yield the lines of a class at a depth of indentation."""
+        base, indent = self._word(_BASES[definition.kind]), "    " * depth
+        yield f'{indent}class {definition.short}({base}, package="{self._package}"):'
         if definition.kind is Kind.MESSAGE:
             (part,) = definition.parts
-            yield from self._body(part, definition.comment or f"The message `{definition.name}`.", 1)
+            yield from self._body(part, definition.comment or f"The message `{definition.name}`.", depth + 1)
             return
-        yield from docstring(definition.comment or f"The {definition.kind.noun} `{definition.name}`.", 1)
+        yield from docstring(definition.comment or f"The {definition.kind.noun} `{definition.name}`.", depth + 1)
         for part in definition.parts:
             word = part.name.rpartition("_")[2]
             yield ""
-            yield f"    class {word}({self._word('Message')}):"
-            yield from self._body(part, part.comment or f"The {word.lower()}.", 2)
+            yield f"{indent}    class {word}({self._word('Message')}):"
+            yield from self._body(part, part.comment or f"The {word.lower()}.", depth + 2)
 
     def _body(self, part: MessageDefinition, comment: str, depth: int) -> Iterator[str]:
         indent = "    " * depth
@@ -200,13 +212,10 @@ def _ordered(definitions: Sequence[TypeDefinition]) -> list[TypeDefinition]:
     return list(done.values())
 
 
-def _refuse_same_names(definitions: Sequence[TypeDefinition]) -> None:
-    seen: dict[str, TypeDefinition] = {}
-    for each in definitions:
-        other = seen.setdefault(each.short, each)
-        if other is not each:
-            message = f"{other.name} and {each.name} cannot both be a class {each.short} of one module"
-            raise InvalidDefinition([Problem("same-name", message, "rename one of them")])
+def _hidden_by_another(definitions: Sequence[TypeDefinition]) -> list[TypeDefinition]:
+    """Return the types whose last name one before them has: a message keeps it, a service or an action does not."""
+    seen = set[str]()
+    return [each for each in definitions if each.short in seen or seen.add(each.short)]
 
 
 def _refuse_names(declared: Sequence[tuple[str, Place]]) -> None:

@@ -271,8 +271,10 @@ def find_type(name: str) -> type[Message | ServiceType]:
         text = f"no type {quoted(name)}: no package {quoted(package)}; {did_you_mean(package, packages)}"
         raise UnknownType(text)
     module = importlib.import_module(f"busflow.msgs.{package}")
-    word = rest.rpartition("/")[2]
+    kind, _, word = rest.rpartition("/")
     found = getattr(module, word) if word in module.__all__ else None
+    if kind in module.__all__ and hasattr(getattr(module, kind), word):  # a class around types with others' names
+        found = getattr(getattr(module, kind), word)
     if found is None or name not in (type_name(found), f"{package}/{word}"):
         raise UnknownType(f"no type {quoted(name)} in {package}; {did_you_mean(word, module.__all__)}")
     return found

@@ -6,6 +6,7 @@ Tests of `python_module.py` and `generator.py` over whole packages.
 import importlib
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -98,6 +99,17 @@ def test_comments_are_docstrings(module):
     assert "grip_msgs 1.2.0 (Apache-2.0)" in text
 
 
+def test_types_of_one_name_stand_apart(tmp_path):
+    """As in control_msgs, which has a message and an action GripperCommand."""
+    library = Library([write(tmp_path, {"q/msg/B.msg": "int8 a\n", "q/srv/B.srv": "B asked\n---\nB[] given\n"})])
+    (made,) = generate(library, ["q"], tmp_path)
+    namespace: dict[str, Any] = {"__name__": "q"}
+    exec(made.text, namespace)  # noqa: S102  # the module just made
+    service = TypeSupport(namespace["srv"].B)
+    assert (service.name, service.type_hash) == ("q/srv/B", rihs01(library.description("q/srv/B")))
+    assert namespace["srv"].B.Request().asked == namespace["B"]()
+
+
 def test_what_no_module_can_hold_is_refused(sources, tmp_path):
     library = Library([sources])
     with pytest.raises(InvalidDefinition, match=r"Hand.msg:1:1: error: grip_msgs is in no module beside this one"):
@@ -106,8 +118,6 @@ def test_what_no_module_can_hold_is_refused(sources, tmp_path):
         generate(library, ["grip_msg"], tmp_path)
     files = {
         "p/msg/A.msg": "int8 json\nint8 class\n",
-        "q/msg/B.msg": "",
-        "q/srv/B.srv": "---",
         "r/msg/C.idl": "",
     }
     library = Library([write(tmp_path, files)])
@@ -115,7 +125,5 @@ def test_what_no_module_can_hold_is_refused(sources, tmp_path):
         generate(library, ["p"], tmp_path)
     assert "A.msg:1:6: error: a class has no field json: it is a method of every message" in str(refused.value)
     assert "A.msg:2:6: error: a class has no field class: Python reserves the word" in str(refused.value)
-    with pytest.raises(InvalidDefinition, match="q/msg/B and q/srv/B cannot both be a class B"):
-        generate(library, ["q"], tmp_path)
     with pytest.raises(UnknownType, match="busflow reads no"):
         generate(library, ["r"], tmp_path)

@@ -1,0 +1,565 @@
+"""`example_interfaces`: 29 messages, 3 services, 1 action, from its definition files."""
+
+# busflow interface generate example_interfaces --to busflow/msgs
+# wrote this from example_interfaces 0.13.0 (Apache License 2.0). Change its files instead, and run that again:
+#   msg/Bool.msg                 RIHS01_4765c142500f8fd4e1a32fb3edd7b7d9d822a16ec270445f5120e772c5f9aed5
+#   msg/Byte.msg                 RIHS01_f014e0424be54b8ba7c35490aea4198be92df1de4e88f4e19a2fbbce2e020bb9
+#   msg/ByteMultiArray.msg       RIHS01_257fc3429b3c4dd0aea678c234f543665d1144b396f82c7ee60fed151e1dace3
+#   msg/Char.msg                 RIHS01_320dcd57e1183fb08463cc3ab50bf7e5ce0ecee39f64d15a9e9eeca3384c91a5
+#   msg/Empty.msg                RIHS01_73c22a7341eeccf8ef504a991e60d4078223f0931a5d5d212800e7c978903c58
+#   msg/Float32.msg              RIHS01_6a112d9235f8e8088d7a2bc77cb955341ac0d5c9870bdc592651a4186bb246f3
+#   msg/Float32MultiArray.msg    RIHS01_8705278e8d206a9711133794ce6466281e9698138331c4b3d91e6cc9e9dfee26
+#   msg/Float64.msg              RIHS01_74c137b7930c26339425a95fcfab441199bc41e0e572d3a0c9e95badd72b50da
+#   msg/Float64MultiArray.msg    RIHS01_62a0985e7920b7bc489d1392f08c06ba0080fff5b8eaa09b27dcac122f50ad95
+#   msg/Int16.msg                RIHS01_332d94306732e4e35da38e5ae744ff35bbdaeca300908dc43488d3a844687cd6
+#   msg/Int16MultiArray.msg      RIHS01_d663e739410479619bfb7b9b94b0a764998acffadb8b7f5b200affa87b7ffdd2
+#   msg/Int32.msg                RIHS01_5cd04cd7f3adb9d6c6064c316047b24c76622eb89144f300b536d657fd55e652
+#   msg/Int32MultiArray.msg      RIHS01_b347aff8e38e2ce3f7f4023db7922d2d4abb9d593b03c40b1427640c26595bfa
+#   msg/Int64.msg                RIHS01_1b3b9a6502f560d079520c73c685a9550e5a1838d2cefd537fe0aba75a3639a0
+#   msg/Int64MultiArray.msg      RIHS01_ebce42c0d2b81bc5309deb0b2d83e30236aeb4899aea3cc7ddd18787af39c94a
+#   msg/Int8.msg                 RIHS01_2e9ef643d84ff37840fe787d1269aa06268960e294f4a0f5eb1e9d4eb21cbb57
+#   msg/Int8MultiArray.msg       RIHS01_6d26932aefc0e5c0c473613376338609bac9925e3527dc4e8fab6b6783b6d680
+#   msg/MultiArrayDimension.msg  RIHS01_a785cb9839e177e3eb760260139a919fec87821edc3314c592f2725abbf0bfcd
+#   msg/MultiArrayLayout.msg     RIHS01_ba42ea30074e5826a1e91f70f3660dda2996937169487f877fc20a8a402e2c27
+#   msg/String.msg               RIHS01_5509d866a579951f2fc6c19577c32605ba16f308cae7b498341d79536d4eb06b
+#   msg/UInt16.msg               RIHS01_e123d0a691fa0ce58b682f1a4eee55137dd3f20c81665f0c556f53596c7fb377
+#   msg/UInt16MultiArray.msg     RIHS01_507f6456c1965ef6eab8a9cfa8860bd484e1b7039b4c4ea2c75c648182fceade
+#   msg/UInt32.msg               RIHS01_e86cccba586f30c16498f3ccd3550a764b255239a6142be3a4d7a2fa9a43515c
+#   msg/UInt32MultiArray.msg     RIHS01_0683176c523a116c76141c6d4abd150dbff492b72185f1260ce38a18a35aafcf
+#   msg/UInt64.msg               RIHS01_6a3f8548c5818b7add62dd6cbbd840fd1ab17fbf9d73cad6690557b7326d8908
+#   msg/UInt64MultiArray.msg     RIHS01_c05a348bd887aac76a947c901f67f93bf9a7fa14b28dce02eb495dadeb8842e4
+#   msg/UInt8.msg                RIHS01_9255b6d0dd98f5b573afbff223131279b788ac45cf051fb462c12dd9a30f4061
+#   msg/UInt8MultiArray.msg      RIHS01_7a49ef5ed9b7182488303b4027d54719ba7266e776bd446dac30e79b56fb0a71
+#   msg/WString.msg              RIHS01_32033e06d9dfe5468c5d6e1dc8b7a23c8910bad071cfd4e151a951d580e68dd8
+#   srv/AddTwoInts.srv           RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a
+#   srv/SetBool.srv              RIHS01_a69782e5631b12e15c8e218410de1685bbf13e382718295adad14037a24afbe8
+#   srv/Trigger.srv              RIHS01_cfeeee47f8105dd7685e4c92d46d4074669cb1c477402be1dea37486542a69e0
+#   action/Fibonacci.action      RIHS01_9508051da1ea4658de144b09bd0690ff3de52104683d847aed764d2915906f51
+
+from collections.abc import Sequence
+
+from busflow.interfaces.action import ActionType
+from busflow.interfaces.message import (
+    ByteArray,
+    Float32Array,
+    Float64Array,
+    Int8Array,
+    Int16Array,
+    Int32Array,
+    Int64Array,
+    Message,
+    ServiceType,
+    UInt8Array,
+    UInt16Array,
+    UInt32Array,
+    UInt64Array,
+    byte,
+    char,
+    float32,
+    float64,
+    int8,
+    int16,
+    int32,
+    int64,
+    uint8,
+    uint16,
+    uint32,
+    uint64,
+    wstring,
+    zeros,
+)
+
+__all__ = [
+    "AddTwoInts",
+    "Bool",
+    "Byte",
+    "ByteMultiArray",
+    "Char",
+    "Empty",
+    "Fibonacci",
+    "Float32",
+    "Float32MultiArray",
+    "Float64",
+    "Float64MultiArray",
+    "Int8",
+    "Int8MultiArray",
+    "Int16",
+    "Int16MultiArray",
+    "Int32",
+    "Int32MultiArray",
+    "Int64",
+    "Int64MultiArray",
+    "MultiArrayDimension",
+    "MultiArrayLayout",
+    "SetBool",
+    "String",
+    "Trigger",
+    "UInt8",
+    "UInt8MultiArray",
+    "UInt16",
+    "UInt16MultiArray",
+    "UInt32",
+    "UInt32MultiArray",
+    "UInt64",
+    "UInt64MultiArray",
+    "WString",
+]
+
+
+class Bool(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, bool.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: bool = False
+
+
+class Byte(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, byte.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: byte = 0
+
+
+class MultiArrayDimension(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    label: str = ""
+    """label of given dimension"""
+    size: uint32 = 0
+    """size of given dimension (in type units)"""
+    stride: uint32 = 0
+    """stride of given dimension"""
+
+
+class MultiArrayLayout(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    dim: Sequence[MultiArrayDimension] = ()
+    """The multiarray declares a generic multi-dimensional array of a
+    particular data type.  Dimensions are ordered from outer most
+    to inner most.
+
+    Accessors should ALWAYS be written in terms of dimension stride
+    and specified outer-most dimension first.
+
+    multiarray(i,j,k) = data[data_offset + dim_stride[1]*i + dim_stride[2]*j + k]
+
+    A standard, 3-channel 640x480 image with interleaved color channels
+    would be specified as:
+
+    dim[0].label  = "height"
+    dim[0].size   = 480
+    dim[0].stride = 3*640*480 = 921600  (note dim[0] stride is just size of image)
+    dim[1].label  = "width"
+    dim[1].size   = 640
+    dim[1].stride = 3*640 = 1920
+    dim[2].label  = "channel"
+    dim[2].size   = 3
+    dim[2].stride = 3
+
+    multiarray(i,j,k) refers to the ith row, jth column, and kth channel.
+
+    Array of dimension properties
+    """
+    data_offset: uint32 = 0
+    """padding bytes at front of data"""
+
+
+class ByteMultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: ByteArray = zeros()
+    """array of data"""
+
+
+class Char(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, char.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: char = 0
+
+
+class Empty(Message, package="example_interfaces"):
+    """If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    """
+
+
+class Float32(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, float32.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: float32 = 0.0
+
+
+class Float32MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: Float32Array = zeros()
+    """array of data"""
+
+
+class Float64(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, float64.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: float64 = 0.0
+
+
+class Float64MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: Float64Array = zeros()
+    """array of data"""
+
+
+class Int16(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, int16.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: int16 = 0
+
+
+class Int16MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: Int16Array = zeros()
+    """array of data"""
+
+
+class Int32(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, int32.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: int32 = 0
+
+
+class Int32MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: Int32Array = zeros()
+    """array of data"""
+
+
+class Int64(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, int64.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: int64 = 0
+
+
+class Int64MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: Int64Array = zeros()
+    """array of data"""
+
+
+class Int8(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, in8.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: int8 = 0
+
+
+class Int8MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: Int8Array = zeros()
+    """array of data"""
+
+
+class String(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, string.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: str = ""
+
+
+class UInt16(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, uint16.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: uint16 = 0
+
+
+class UInt16MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: UInt16Array = zeros()
+    """array of data"""
+
+
+class UInt32(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, uint32.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: uint32 = 0
+
+
+class UInt32MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: UInt32Array = zeros()
+    """array of data"""
+
+
+class UInt64(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, unint64.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: uint64 = 0
+
+
+class UInt64MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: UInt64Array = zeros()
+    """array of data"""
+
+
+class UInt8(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, uint8.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: uint8 = 0
+
+
+class UInt8MultiArray(Message, package="example_interfaces"):
+    """This is an example of using complex datatypes.
+    It is not recommended to use directly.
+    To use a similar datastruct please define a custom message with appropriate semantic meaning.
+    """
+
+    layout: MultiArrayLayout = MultiArrayLayout()
+    """Please look at the MultiArrayLayout message definition for
+    documentation on all multiarrays.
+
+    specification of data layout
+    """
+    data: UInt8Array = zeros()
+    """array of data"""
+
+
+class WString(Message, package="example_interfaces"):
+    """This is an example message of using a primitive datatype, wstring.
+    If you want to test with this that's fine, but if you are deploying
+    it into a system you should create a semantically meaningful message type.
+    If you want to embed it in another message, use the primitive data type instead.
+    """
+
+    data: wstring = ""
+
+
+class AddTwoInts(ServiceType, package="example_interfaces"):
+    """The service `example_interfaces/srv/AddTwoInts`."""
+
+    class Request(Message):
+        """The request."""
+
+        a: int64 = 0
+        b: int64 = 0
+
+    class Response(Message):
+        """The response."""
+
+        sum: int64 = 0
+
+
+class SetBool(ServiceType, package="example_interfaces"):
+    """This is an example of a service to set a boolean value.
+    This can be used for testing but a semantically meaningful
+    one should be created to be built upon.
+    """
+
+    class Request(Message):
+        """The request."""
+
+        data: bool = False
+        """e.g. for hardware enabling / disabling"""
+
+    class Response(Message):
+        """The response."""
+
+        success: bool = False
+        """indicate successful run of triggered service"""
+        message: str = ""
+        """informational, e.g. for error messages"""
+
+
+class Trigger(ServiceType, package="example_interfaces"):
+    """An example of a trigger service.
+    This can be used for testing but a semantically meaningful
+    one should be created to be built upon.
+    """
+
+    class Request(Message):
+        """The request."""
+
+    class Response(Message):
+        """The response."""
+
+        success: bool = False
+        """indicate successful run of triggered service"""
+        message: str = ""
+        """informational, e.g. for error messages."""
+
+
+class Fibonacci(ActionType, package="example_interfaces"):
+    """The action `example_interfaces/action/Fibonacci`."""
+
+    class Goal(Message):
+        """The goal."""
+
+        order: int32 = 0
+        """Goal"""
+
+    class Result(Message):
+        """The result."""
+
+        sequence: Int32Array = zeros()
+        """Result"""
+
+    class Feedback(Message):
+        """The feedback."""
+
+        sequence: Int32Array = zeros()
+        """Feedback"""
