@@ -209,7 +209,7 @@ class _Part(Extension):
 
     def order_carried_out(self) -> None:
         """Report at once: if this process is killed now, its next life must know which nodes stay stopped."""
-        self._writer.send(report=_figures(self._graph, self._writer))
+        self._writer.send(report=_report_data(self._graph, self._writer))
 
     def end(self) -> None:
         """Leave the run."""

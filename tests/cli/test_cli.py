@@ -1,7 +1,4 @@
-"""Tests of `__init__.py`: usage errors, failures, signals and closed pipes; and of what commands import.
-
-Those of `interface_classes.py` are in `test_interface_source.py`.
-"""
+"""Tests of `__init__.py`: usage errors, failures, signals and closed pipes; and of what commands import."""
 
 import json
 import os

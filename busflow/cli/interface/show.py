@@ -1,4 +1,4 @@
-"""`busflow interface`: shows types: busflow's own, those of definition files, and those of a running graph."""
+"""`busflow interface list`, `show`, `proto`, `package`, `packages`: show types, those of a running graph too."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.interface import EXAMPLES
 from busflow.cli.options.interfaces import takes_interfaces
-from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import completer, joined, joins
 from busflow.cli.terminal.output import print_answer, print_found
 from busflow.definitions.definition import Kind, kind_of
@@ -22,27 +22,7 @@ from busflow.text import did_you_mean, printable
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.description import IndividualDescription, TypeDescription
 
-_VERBS = {
-    "list": ("busflow.cli.interface:list_", "List the message, service and action types."),
-    "show": ("busflow.cli.interface:show", "Show the fields of a type."),
-    "proto": ("busflow.cli.interface:proto", "Show the values of a new message of a type."),
-    "package": ("busflow.cli.interface:package", "List the types of one package."),
-    "packages": ("busflow.cli.interface:packages", "List the packages that have types."),
-    "generate": ("busflow.cli.interface_source:generate", "Write the classes of packages of definition files."),
-    "export": ("busflow.cli.interface_source:export", "Write definition files for classes."),
-}
-_EXAMPLES = """\b
-Examples:
-  busflow interface list -m
-  busflow interface show sensor_msgs/msg/Imu
-  busflow interface proto sensor_msgs/msg/Imu --no-quotes > imu.yaml
-  busflow interface package std_srvs"""
-
 _KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
-
-interface: LazyGroup = LazyGroup(
-    "interface", _VERBS, help="Look at message, service and action types, and write them.", epilog=_EXAMPLES
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +43,7 @@ def complete_interfaces(context: click.Context, _incomplete: str) -> Iterator[tu
     yield from ((name, None) for name in _known(context.params.get("run")).names)
 
 
-@click.command("list", epilog=_EXAMPLES)
+@click.command("list", epilog=EXAMPLES)
 @click.option("-m", "--only-msgs", "messages", is_flag=True, help="Only messages.")
 @click.option("-s", "--only-srvs", "services", is_flag=True, help="Only services.")
 @click.option("-a", "--only-actions", "actions", is_flag=True, help="Only actions.")
@@ -83,7 +63,7 @@ def list_(run: str | None, messages: bool, services: bool, actions: bool, as_jso
         click.echo("".join(f"    {printable(name)}\n" for name in known.of_kind(kind)), nl=False)
 
 
-@click.command(epilog=_EXAMPLES)
+@click.command(epilog=EXAMPLES)
 @click.argument("name", metavar="TYPE", shell_complete=complete_interfaces)
 @click.option("--no-comments", is_flag=True, help="Only the fields.")
 @click.option("--all-comments", is_flag=True, help="Also the comments of nested types.")
@@ -104,7 +84,7 @@ def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_j
     click.echo("\n".join(lines))
 
 
-@click.command(epilog=_EXAMPLES)
+@click.command(epilog=EXAMPLES)
 @click.argument("name", metavar="TYPE", shell_complete=complete_interfaces)
 @click.option("--no-quotes", is_flag=True, help="Without the quotes around it, which a shell needs.")
 @takes_interfaces
@@ -123,7 +103,7 @@ def proto(run: str | None, name: str, no_quotes: bool, as_json: bool) -> None:
     click.echo(quote + "".join(f"{line}\n" for line in yaml_lines(values)) + quote, nl=not no_quotes)
 
 
-@click.command(epilog=_EXAMPLES)
+@click.command(epilog=EXAMPLES)
 @click.argument("name", metavar="PACKAGE")
 @takes_interfaces
 @joins
@@ -136,7 +116,7 @@ def package(run: str | None, name: str, as_json: bool) -> None:
     print_found({"package": name, "types": found}, found, as_json=as_json)
 
 
-@click.command(epilog=_EXAMPLES)
+@click.command(epilog=EXAMPLES)
 @takes_interfaces
 @joins
 def packages(run: str | None, as_json: bool) -> None:

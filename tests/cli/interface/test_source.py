@@ -1,6 +1,6 @@
 """Definition files on the command line: looked at, made into classes, made of classes, compared with them.
 
-Tests of `interface_source.py` and `interface_classes.py`, of `--interfaces`, and of what `busflow check` says.
+Tests of `source.py` and `classes.py`, of `--interfaces`, and of what `busflow check` says.
 """
 
 import json

@@ -60,7 +60,7 @@ def export(name: str, to: Path, licence: str) -> None:
 
     It gets their .msg, .srv and .action files, a package.xml and a CMakeLists.txt: a workspace of ROS 2 builds it.
     """
-    from busflow.cli.interface_classes import classes_of
+    from busflow.cli.interface.classes import classes_of
     from busflow.definitions.export import exported
 
     package, classes = classes_of(name)
