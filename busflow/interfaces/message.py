@@ -29,7 +29,8 @@ from busflow.interfaces.constructor import constructor, late_maker
 from busflow.interfaces.field_types import *  # noqa: F403 - its __all__ is the list of the field words
 from busflow.interfaces.fields import ArrayKind, FieldType, Length, Primitive, understand
 from busflow.text import did_you_mean, quoted
-from busflow.validation.annotations import refuse_bare, written_annotations
+from busflow.validation.annotations import refuse_bare
+from busflow.validation.as_written import written_annotations
 
 __all__ = [
     "ArrayKind",

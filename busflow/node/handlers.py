@@ -22,7 +22,7 @@ from busflow.node.declarations import (
 )
 from busflow.node.signatures import line_of, message_annotation, names_used, resolve, takes_one
 from busflow.text import printable
-from busflow.validation.annotations import written_annotations
+from busflow.validation.as_written import written_annotations
 
 M = TypeVar("M", bound=Message)
 P = ParamSpec("P")

@@ -27,7 +27,7 @@ from busflow.node.parameters import Parameters, validate
 from busflow.node.runtime import NodeRuntime
 from busflow.node.signatures import calling_frame, calling_line
 from busflow.text import printable
-from busflow.validation.annotations import written_annotations
+from busflow.validation.as_written import written_annotations
 from busflow.validation.tracebacks import line
 
 M = TypeVar("M", bound=Message)

@@ -13,7 +13,7 @@ from types import FrameType, SimpleNamespace
 from typing import Any
 
 from busflow.errors import InvalidDeclaration
-from busflow.validation.annotations import written_annotations
+from busflow.validation.as_written import written_annotations
 
 
 def message_annotation(function: Callable[..., Any]) -> Any:

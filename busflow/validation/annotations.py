@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
@@ -18,6 +17,7 @@ from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from busflow.errors import InvalidDeclaration, KeyPath
 from busflow.text import printable
+from busflow.validation.as_written import written_annotations
 
 _VALUES = (bool, int, float, complex, str, bytes, list, tuple, dict, set, NoneType, Enum, FieldInfo, BaseModel)
 
@@ -229,19 +229,6 @@ def _strict_choice(schema: Any) -> Any:
 
 def _with_metadata(annotation: object, metadata: Sequence[object]) -> tuple[object, tuple[object, ...]]:
     return annotation, (*split(annotation)[1], *metadata)
-
-
-def written_annotations(owner: Callable[..., Any]) -> Mapping[str, Any]:
-    """Return the annotations of a class's own body, or of a function; the text of what is not known when it is made.
-
-    Since Python 3.14 annotations are evaluated when they are asked for, and the names in them may be defined later.
-    """
-    if sys.version_info < (3, 14):
-        return inspect.get_annotations(owner)
-    from annotationlib import Format, ForwardRef, get_annotations
-
-    found = get_annotations(owner, format=Format.FORWARDREF)
-    return {name: each.__forward_arg__ if isinstance(each, ForwardRef) else each for name, each in found.items()}
 
 
 def refuse_bare(cls: type[BaseModel]) -> None:
