@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from busflow.actions.names import action_of
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT, Endpoint
 from busflow.bus.patterns import Selection
 from busflow.bus.publisher import Publisher
@@ -119,9 +120,14 @@ class Capture:
         end = publisher.endpoint
         return self._share is None or not end.remote or end.node not in self._share.nodes
 
+    def _selects(self, *names: str) -> bool:
+        """Return whether one of these names is to be recorded; an action's are hidden, and recorded with the action."""
+        action = action_of(names[0])
+        return self._selection.includes(*names) or (action is not None and self._selection.includes(action))
+
     def _follow_topic(self, topic: Topic[Any]) -> None:
         # The recorder itself records parameters and log, also without another subscription.
-        if topic.name in {PARAMETER_EVENTS, ROSOUT} or not self._selection.includes(topic.name):
+        if topic.name in {PARAMETER_EVENTS, ROSOUT} or not self._selects(topic.name):
             return
         track = self.tracks.add(topic.name, topic.type)
         latches = Latches(topic)
@@ -153,7 +159,7 @@ class Capture:
 
     def _follow_service(self, name: str) -> None:
         topic = name + SUFFIX
-        if not self._selection.includes(name, topic):
+        if not self._selects(name, topic):
             return
         service = self._graph.bus.services[name]
         cls = event_class(service.type)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from busflow.actions.names import GET_RESULT
 from busflow.errors import BusflowError
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
@@ -111,15 +112,23 @@ class _Server:
 
     def __init__(self, calls: Calls, name: str, service_type: type[ServiceType]) -> None:
         self._calls, self._name, self._event = calls, name, event_class(service_type)
+        self._open: dict[tuple[bytes, int], Message] = {}
+        """Requests for results of goals that are not answered yet: many a client withdraws its one."""
 
     def on_event(self, entry: Entry) -> None:
         """Make a recorded request again, or note a recorded answer; skip calls that a replayed node makes by itself."""
         event: Any = entry.channel.decode(entry.payload, self._event)
         if self._calls.is_by_node(event.info.client_gid.tobytes()):
             return
+        key = event.info.client_gid.tobytes(), event.info.sequence_number
         if event.info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request:
-            self._calls.call(self._name, event.request[0])
+            if self._name.endswith(GET_RESULT):
+                self._open[key] = event.request[0]
+            else:
+                self._calls.call(self._name, event.request[0])
         elif event.info.event_type == ServiceEventInfo.RESPONSE_SENT and event.response:
+            if key in self._open:
+                self._calls.call(self._name, self._open.pop(key))
             self._calls.answered(self._name, entry.log_time_ns, event.response[0])
 
 
