@@ -70,7 +70,11 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
 
 def unplayed(bag: Bag, asked: Mapping[str, Any]) -> str:
     """Return the hidden topics that are not played, which have to be named."""
-    hidden = () if asked["topics"] else sorted({each.topic for each in bag.channels if is_hidden(each.topic)})
+    hidden = (
+        ()
+        if asked["topics"]
+        else sorted({each.topic for each in bag.channels if is_hidden(each.topic) and each.count != 0})
+    )
     return ", ".join(map(printable, hidden))
 
 
