@@ -1,6 +1,6 @@
 """What the page of `busflow ui` does in a browser: frames of a plot, and how soon a graph, a hang and an end are seen.
 
-    python benchmarks/ui_browser.py [--frames 300]
+    python -m benchmarks.ui_browser [--frames 300]
 
 It needs Chromium, playwright (`pip install './ui[test]'`), and `npm ci` in ui/page. Linux: it reads /proc.
 """
