@@ -135,7 +135,9 @@ class Bridge:
             await asyncio.gather(*keeping, return_exceptions=True)
 
     def _lives(self) -> bool:
-        self.was_killed = self._lock.is_abandoned  # first: the search for runs removes what shows it
+        if self._lock.is_held:
+            return True  # and no search for runs, which would remove what shows that a run was killed
+        self.was_killed = self._lock.is_abandoned
         return not self.was_killed and self.peer.alive
 
     def close(self) -> None:

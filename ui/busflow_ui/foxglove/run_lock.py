@@ -26,6 +26,11 @@ class RunLock:
                 self._inode = os.fstat(self._file).st_ino
 
     @property
+    def is_held(self) -> bool:
+        """Whether a process holds the lock; False where nothing is known of it."""
+        return self._file >= 0 and not self._is_free()
+
+    @property
     def is_abandoned(self) -> bool:
         """Whether no process holds the lock, and the directory is still there. The next search for runs removes it."""
         return self._is_free() and self._is_in_place()

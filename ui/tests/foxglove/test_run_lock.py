@@ -25,10 +25,12 @@ def test_a_killed_run_abandons_its_lock(tmp_path: Path):
         assert run.stdout
         path = Path(run.stdout.readline().strip())
         lock = RunLock(path)
-        before = lock.is_abandoned
+        before, held = lock.is_abandoned, lock.is_held
         run.kill()
         run.wait()
+    assert held
     assert not before
+    assert not lock.is_held
     assert lock.is_abandoned
     lock.close()
 
