@@ -26,6 +26,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 import busflow.msgs
 from busflow.definitions.recorded import parse
 from busflow.errors import IncompatibleType, MalformedMessage
+from busflow.interfaces.action import ActionType
 from busflow.interfaces.arrays import is_frozen
 from busflow.interfaces.encoding.cdr import Codec
 from busflow.interfaces.encoding.description import DEPTH
@@ -42,6 +43,7 @@ from busflow.interfaces.message import (
     Int64Array,
     Length,
     Message,
+    ServiceType,
     UInt8Array,
     UInt16Array,
     fields_of,
@@ -70,7 +72,8 @@ TYPES = [
     for module in [import_module(f"busflow.msgs.{package.name}")]
     for word in module.__all__
 ]
-PARTS = [part for each in TYPES if not issubclass(each, Message) for part in (each.Request, each.Response)]
+PARTS = [part for each in TYPES if issubclass(each, ServiceType) for part in (each.Request, each.Response)]
+PARTS += [part for each in TYPES if issubclass(each, ActionType) for part in (each.Goal, each.Result, each.Feedback)]
 ALL = {type_name(cls): cls for cls in [each for each in TYPES if issubclass(each, Message)] + PARTS}
 
 
@@ -285,9 +288,11 @@ def test_any_message_survives_and_is_encoded_as_rosbags(cls):
     read = decoder_from_description(describe(cls))
     store = get_typestore(Stores.EMPTY)
     # rosbags takes a byte for signed and knows no services: it is given the type in our words, a byte as a uint8.
-    words = ros2msg(describe(cls)).replace("byte ", "uint8 ").replace("byte[", "uint8[").replace("/srv/", "/msg/")
-    msg_name = name.replace("/srv/", "/msg/")
-    store.register(get_types_from_msg(words, msg_name))
+    words = ros2msg(describe(cls)).replace("byte ", "uint8 ").replace("byte[", "uint8[")
+    words, msg_name = (text.replace("/srv/", "/msg/").replace("/action/", "/msg/") for text in (words, name))
+    known = "wstring" not in words  # rosbags has no such type
+    if known:
+        store.register(get_types_from_msg(words, msg_name))
 
     @settings(max_examples=6, deadline=None)
     @given(messages(cls))
@@ -299,7 +304,7 @@ def test_any_message_survives_and_is_encoded_as_rosbags(cls):
         assert (
             json.dumps(plain(read(data))) == json.dumps(plain(message)) == json.dumps(plain(read(big_endian(message))))
         )
-        assert bytes(store.serialize_cdr(store.deserialize_cdr(data, msg_name), msg_name)) == data
+        assert not known or bytes(store.serialize_cdr(store.deserialize_cdr(data, msg_name), msg_name)) == data
         assert decoded.model_dump_json() == message.model_dump_json()
         assert decoded.model_fields_set == set(cls.model_fields)
         assert decoded.model_extra is None
