@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from busflow.bus.publisher import Publisher
 from busflow.bus.subscription import Subscription
-from busflow.definitions.library import Library
 from busflow.errors import NoSuchTarget
 from busflow.interfaces.message import ServiceType, type_name
 from busflow.node.parameter_messages import type_of
@@ -31,6 +30,7 @@ from busflow.wire.zenoh.keys import Attachment
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
     from busflow.bus.topic import Receiver, Topic, TopicPublisher
+    from busflow.definitions.library import Library
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.node.parameter_store import LiveParameter
@@ -87,6 +87,8 @@ class Questions:
     @cached_property
     def _library(self) -> Library:
         """The types of the definition files that the launch files name."""
+        from busflow.definitions.library import Library  # a run whose types are all classes never needs it
+
         return Library(self._folders)
 
     @property
