@@ -21,94 +21,45 @@ class GoalInfo(Message, package="action_msgs"):
     """The message `action_msgs/msg/GoalInfo`."""
 
     goal_id: UUID = UUID()
-    """Goal ID"""
     stamp: Time = Time()
-    """Time when the goal was accepted"""
 
 
 class GoalStatus(Message, package="action_msgs"):
-    """An action goal can be in one of these states after it is accepted by an action
-    server.
-
-    For more information, see http://design.ros2.org/articles/actions.html
-    """
+    """The message `action_msgs/msg/GoalStatus`."""
 
     STATUS_UNKNOWN: ClassVar[int8] = 0
-    """Indicates status has not been properly set."""
     STATUS_ACCEPTED: ClassVar[int8] = 1
-    """The goal has been accepted and is awaiting execution."""
     STATUS_EXECUTING: ClassVar[int8] = 2
-    """The goal is currently being executed by the action server."""
     STATUS_CANCELING: ClassVar[int8] = 3
-    """The client has requested that the goal be canceled and the action server has
-    accepted the cancel request.
-    """
     STATUS_SUCCEEDED: ClassVar[int8] = 4
-    """The goal was achieved successfully by the action server."""
     STATUS_CANCELED: ClassVar[int8] = 5
-    """The goal was canceled after an external request from an action client."""
     STATUS_ABORTED: ClassVar[int8] = 6
-    """The goal was terminated by the action server without an external request."""
 
     goal_info: GoalInfo = GoalInfo()
-    """Goal info (contains ID and timestamp)."""
     status: int8 = 0
-    """Action goal state-machine status."""
 
 
 class GoalStatusArray(Message, package="action_msgs"):
-    """An array of goal statuses."""
+    """The message `action_msgs/msg/GoalStatusArray`."""
 
     status_list: Sequence[GoalStatus] = ()
 
 
 class CancelGoal(ServiceType, package="action_msgs"):
-    """Cancel one or more goals with the following policy:
-
-    - If the goal ID is zero and timestamp is zero, cancel all goals.
-    - If the goal ID is zero and timestamp is not zero, cancel all goals accepted
-      at or before the timestamp.
-    - If the goal ID is not zero and timestamp is zero, cancel the goal with the
-      given ID regardless of the time it was accepted.
-    - If the goal ID is not zero and timestamp is not zero, cancel the goal with
-      the given ID and all goals accepted at or before the timestamp.
-    """
+    """The service `action_msgs/srv/CancelGoal`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `CancelGoal`."""
 
         goal_info: GoalInfo = GoalInfo()
-        """Goal info describing the goals to cancel, see above."""
 
     class Response(Message):
-        """Return codes."""
+        """The response of `CancelGoal`."""
 
         ERROR_NONE: ClassVar[int8] = 0
-        """Indicates the request was accepted without any errors.
-
-        One or more goals have transitioned to the CANCELING state. The
-        goals_canceling list is not empty.
-        """
         ERROR_REJECTED: ClassVar[int8] = 1
-        """Indicates the request was rejected.
-
-        No goals have transitioned to the CANCELING state. The goals_canceling list is
-        empty.
-        """
         ERROR_UNKNOWN_GOAL_ID: ClassVar[int8] = 2
-        """Indicates the requested goal ID does not exist.
-
-        No goals have transitioned to the CANCELING state. The goals_canceling list is
-        empty.
-        """
         ERROR_GOAL_TERMINATED: ClassVar[int8] = 3
-        """Indicates the goal is not cancelable because it is already in a terminal state.
-
-        No goals have transitioned to the CANCELING state. The goals_canceling list is
-        empty.
-        """
 
         return_code: int8 = 0
-        """Return code, see above definitions."""
         goals_canceling: Sequence[GoalInfo] = ()
-        """Goals that accepted the cancel request."""

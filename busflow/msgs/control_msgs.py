@@ -145,107 +145,52 @@ class AdmittanceControllerState(Message, package="control_msgs"):
     """The message `control_msgs/msg/AdmittanceControllerState`."""
 
     mass: Float64MultiArray = Float64MultiArray()
-    """Admittance parameters
-
-    6-vector of mass terms used in the admittance calculation
-    """
     damping: Float64MultiArray = Float64MultiArray()
-    """6-vector of damping terms used in the admittance calculation"""
     stiffness: Float64MultiArray = Float64MultiArray()
-    """6-vector of stiffness terms used in the admittance calculation"""
     rot_base_control: Quaternion = Quaternion()
-    """Frame information
-
-    quaternion describing the orientation of the control frame
-    """
     ref_trans_base_ft: TransformStamped = TransformStamped()
-    """force torque sensor transform at the reference joint configuration"""
     selected_axes: Int8MultiArray = Int8MultiArray()
-    """6-vector of 0/1 describing if admittance is enable in the corresponding control frame axis"""
     ft_sensor_frame: String = String()
-    """name of the force torque frame"""
     admittance_position: TransformStamped = TransformStamped()
-    """State information
-
-    calculated admittance position in cartesian space
-    """
     admittance_acceleration: TwistStamped = TwistStamped()
-    """calculated admittance acceleration in cartesian space"""
     admittance_velocity: TwistStamped = TwistStamped()
-    """calculated admittance velocity in cartesian space"""
     wrench_base: WrenchStamped = WrenchStamped()
-    """wrench used in the admittance calculation"""
     joint_state: JointState = JointState()
-    """calculated admittance offsets in joint space"""
 
 
 class BatteryStateArray(Message, package="control_msgs"):
-    """This message publishes values for multiple batteries at once."""
+    """The message `control_msgs/msg/BatteryStateArray`."""
 
     battery_states: Sequence[BatteryState] = ()
 
 
 class CANopenState(Message, package="control_msgs"):
-    """This message presents CANopen-specific device state information
-    Refer CiA 301 and CiA 402 application layer documentation
-    """
+    """The message `control_msgs/msg/CANopenState`."""
 
     NMT_INITIALISING: ClassVar[uint8] = 0
-    """--- NMT State Constants -------------------------------------------
-    CiA 301 Network Management states
-
-    Device is initializing
-    """
     NMT_PRE_OPERATIONAL: ClassVar[uint8] = 127
-    """Device is in pre-operational state"""
     NMT_OPERATIONAL: ClassVar[uint8] = 5
-    """Device is operational"""
     NMT_STOPPED: ClassVar[uint8] = 4
-    """Device is stopped"""
     DSP402_NOT_READY_TO_SWITCH_ON: ClassVar[uint8] = 0
-    """--- DSP 402 State Constants ---------------------------------------
-    CiA 402 Drive state machine states
-
-    Not ready to switch on
-    """
     DSP402_SWITCH_ON_DISABLED: ClassVar[uint8] = 1
-    """Switch on disabled"""
     DSP402_READY_TO_SWITCH_ON: ClassVar[uint8] = 2
-    """Ready to switch on"""
     DSP402_SWITCHED_ON: ClassVar[uint8] = 3
-    """Switched on"""
     DSP402_OPERATION_ENABLED: ClassVar[uint8] = 4
-    """Operation enabled"""
     DSP402_QUICK_STOP_ACTIVE: ClassVar[uint8] = 5
-    """Quick stop active"""
     DSP402_FAULT_REACTION_ACTIVE: ClassVar[uint8] = 6
-    """Fault reaction active"""
     DSP402_FAULT: ClassVar[uint8] = 7
-    """Fault state"""
 
     node_id: uint8 = 0
-    """The CANopen node ID of the device (1-127)"""
     nmt_state: uint8 = 0
-    """--- CiA 301 State -------------------------------------------------
-    Network Management state, see NMTState constants below
-    """
     dsp_402_state: uint8 = 0
-    """--- CiA 402 State (for drives) ------------------------------------
-    Drive state machine state for motion control devices, see DSP402State constants below
-    """
     last_emcy_code: uint32 = 0
-    """--- Error Reporting -----------------------------------------------
-    Last Emergency (EMCY) error code received from the device
-    """
 
 
 class InterfaceValue(Message, package="control_msgs"):
     """The message `control_msgs/msg/InterfaceValue`."""
 
     interface_names: Sequence[str] = ()
-    """List of resource interface names"""
     values: Float64Array = zeros()
-    """Values corresponding to the list of interfaces in `interface_names`, [1.0, 0.0] for example"""
 
 
 class DynamicInterfaceGroupValues(Message, package="control_msgs"):
@@ -253,12 +198,7 @@ class DynamicInterfaceGroupValues(Message, package="control_msgs"):
 
     header: Header = Header()
     interface_groups: Sequence[str] = ()
-    """List of interface group names , e.g. ["flange_analog_IOs", "flange_vacuum"]"""
     interface_values: Sequence[InterfaceValue] = ()
-    """Key-value pairs representing interfaces and their corresponding values for each interface group listed in
-    `interface_groups`
-
-    """
 
 
 class DynamicInterfaceValues(Message, package="control_msgs"):
@@ -274,45 +214,24 @@ class DynamicJointState(Message, package="control_msgs"):
 
     header: Header = Header()
     joint_names: Sequence[str] = ()
-    """List of resource names, e.g. ["arm_joint_1", "arm_joint_2", "gripper_joint"]"""
     interface_values: Sequence[InterfaceValue] = ()
-    """Key-value pairs representing interfaces and their corresponding values for each joint listed in `joint_names`"""
 
 
 class EtherCATState(Message, package="control_msgs"):
-    """This message presents EtherCAT-specific device state information
-    Refer ETG.1000 EtherCAT Specification
-    """
+    """The message `control_msgs/msg/EtherCATState`."""
 
     AL_STATE_INIT: ClassVar[uint8] = 1
-    """--- Application Layer State Constants -----------------------------
-    EtherCAT slave states according to ETG.1000
-
-    INIT state - slave initialization
-    """
     AL_STATE_PREOP: ClassVar[uint8] = 2
-    """PREOP state - pre-operational, mailbox communication"""
     AL_STATE_BOOTSTRAP: ClassVar[uint8] = 3
-    """BOOTSTRAP state - firmware update mode"""
     AL_STATE_SAFEOP: ClassVar[uint8] = 4
-    """SAFEOP state - safe operational, inputs updated"""
     AL_STATE_OP: ClassVar[uint8] = 8
-    """OP state - operational, full communication"""
 
     slave_position: uint16 = 0
-    """Position of the slave on the bus (0, 1, 2...)"""
     vendor_id: str = ""
-    """Unique vendor identifier from the device's ESI file"""
     product_code: str = ""
-    """Unique product code for the device from the device's ESI file"""
     al_state: uint8 = 0
-    """--- EtherCAT State Machine (ESM) ----------------------------------
-    Application Layer state, see ALState constants below
-    """
     has_error: bool = False
-    """True if the slave is in an error state"""
     al_status_code: uint16 = 0
-    """AL Status Code indicating the reason for an error (0 = no error)"""
 
 
 class Float64Values(Message, package="control_msgs"):
@@ -320,65 +239,32 @@ class Float64Values(Message, package="control_msgs"):
 
     header: Header = Header()
     values: Float64Array = zeros()
-    """List of values corresponding to the interfaces or joints defined in Keys.msg
-    The size and order must match that of Keys.msg
-    Each value corresponds to the key at the same index in Keys.msg
-
-    For example. if Keys.msg has keys = ["joint1/position", "joint2/velocity"], then
-    InterfacesValues.msg could have values = [1.57, 0.0]. The first value (1.57) corresponds to "joint1/position"
-    and the second value (0.0) corresponds to "joint2/velocity"
-
-    This message is used by the interfaces_state_broadcaster to publish the values of the interfaces via
-    ROS 2 topics ~/names (Keys.msg) and ~/values (InterfacesValues.msg)
-    """
 
 
 class GenericHardwareState(Message, package="control_msgs"):
-    """This message encapsulates the general-purpose status fields, serving as a baseline for any hardware component"""
+    """The message `control_msgs/msg/GenericHardwareState`."""
 
     HEALTH_UNKNOWN: ClassVar[uint8] = 0
-    """--- Health Status Constants -------------------------------------
-    High-level health indicators
-    """
     HEALTH_OK: ClassVar[uint8] = 1
     HEALTH_DEGRADED: ClassVar[uint8] = 2
     HEALTH_WARNING: ClassVar[uint8] = 3
     HEALTH_ERROR: ClassVar[uint8] = 4
-    """Hardware stops publishing state when it returns ERROR/FATAL, how are these set/updated?"""
     HEALTH_FATAL: ClassVar[uint8] = 5
     ERROR_NONE: ClassVar[uint8] = 0
-    """--- Error Domain Constants --------------------------------------
-    Error categories
-    """
     ERROR_UNKNOWN: ClassVar[uint8] = 1
     ERROR_HW: ClassVar[uint8] = 2
-    """generic hardware fault/error"""
     ERROR_SW: ClassVar[uint8] = 3
-    """generic software fault/error"""
     ERROR_OVER_TRAVEL: ClassVar[uint8] = 4
-    """Hardware stopped motion because position is over limits"""
     EMERGENCY_STOP_HW: ClassVar[uint8] = 5
-    """Hardware/Software emergency and safety states
-
-    state of the emergency stop hardware (i.e. e-stop button state)
-    """
     EMERGENCY_STOP_SW: ClassVar[uint8] = 6
-    """state of the emergency stop software system (over travel, pinch point)"""
     PROTECTIVE_STOP_HW: ClassVar[uint8] = 7
-    """state of the protective stop hardware (i.e. safety field state)"""
     PROTECTIVE_STOP_SW: ClassVar[uint8] = 8
-    """state of the software protective stop"""
     SAFETY_STOP: ClassVar[uint8] = 9
     CALIBRATION_REQUIRED: ClassVar[uint8] = 10
     MODE_UNKNOWN: ClassVar[uint8] = 0
-    """--- Operational Mode Constants ----------------------------------
-    Mode of operation
-    """
     MODE_MANUAL: ClassVar[uint8] = 1
     MODE_AUTO: ClassVar[uint8] = 2
-    """automatic mode when the driver is remote controlling the hardware"""
     MODE_SAFE: ClassVar[uint8] = 3
-    """what is the expected use case for this mode?"""
     MODE_MAINTENANCE: ClassVar[uint8] = 4
     MODE_JOG_MANUAL: ClassVar[uint8] = 5
     MODE_ADMITTANCE: ClassVar[uint8] = 6
@@ -389,61 +275,30 @@ class GenericHardwareState(Message, package="control_msgs"):
     MODE_TRAJECTORY_FORWARDING: ClassVar[uint8] = 11
     MODE_TRAJECTORY_STREAMING: ClassVar[uint8] = 12
     POWER_UNKNOWN: ClassVar[uint8] = 0
-    """--- Power State Constants ---------------------------------------
-    Power states
-    """
     POWER_OFF: ClassVar[uint8] = 1
     POWER_STANDBY: ClassVar[uint8] = 2
     POWER_ON: ClassVar[uint8] = 3
     POWER_SLEEP: ClassVar[uint8] = 4
     POWER_ERROR: ClassVar[uint8] = 5
     POWER_LEVEL_LOW: ClassVar[uint8] = 6
-    """Battery power states see BatteryState.msg"""
     POWER_LEVEL_CRITICAL: ClassVar[uint8] = 7
     POWER_CHARGING: ClassVar[uint8] = 8
     POWER_CHARGING_ERROR: ClassVar[uint8] = 9
     CONNECT_UNKNOWN: ClassVar[uint8] = 0
-    """--- Connectivity Status Constants -------------------------------
-    Connectivity states
-    """
     CONNECT_UP: ClassVar[uint8] = 1
     CONNECT_DOWN: ClassVar[uint8] = 2
     CONNECT_FAILURE: ClassVar[uint8] = 3
     CONNECTION_SLOW: ClassVar[uint8] = 4
-    """to tell the controlling system it is struggling to communicate at rate"""
 
     health_status: uint8 = 0
-    """--- Health & Error ----------------------------------------------
-    Overall health status of the device, see HealthStatus constants below
-    """
     error_domain: UInt8Array = zeros()
-    """Array of device errors by category, see ErrorDomain constants below"""
     operational_mode: uint8 = 0
-    """--- Operational State -------------------------------------------
-    Current operational mode of the device, see ModeStatus constants below
-    """
     power_state: uint8 = 0
-    """Current power state of the device, see PowerState constants below"""
     connectivity_status: uint8 = 0
-    """Current connectivity status of the device, see ConnectivityStatus constants below"""
     manufacturer: str = ""
-    """--- Vendor & Version Info ----------------------------------------
-    Device manufacturer name, e.g. "Bosch"
-    """
     model: str = ""
-    """Device model identifier, e.g. "Lidar-XYZ-v2"
-
-    """
     firmware_version: str = ""
-    """Current firmware version, e.g. "1.2.3"
-
-    """
     state_details: Sequence[KeyValue] = ()
-    """--- Optional Details for Context ---------------------------------
-    Provides specific quantitative values related to the enums above.
-    e.g., for power_state, could have {key: "voltage", value: "24.1"}
-    e.g., for connectivity, could have {key: "signal_strength", value: "-55dBm"}
-    """
 
 
 class GripperCommand(Message, package="control_msgs"):
@@ -454,162 +309,70 @@ class GripperCommand(Message, package="control_msgs"):
 
 
 class HardwareDeviceDiagnostics(Message, package="control_msgs"):
-    """This message presents current hardware device status information"""
+    """The message `control_msgs/msg/HardwareDeviceDiagnostics`."""
 
     header: Header = Header()
-    """Header timestamp should be update time of device diagnostics"""
     device_id: str = ""
-    """Unique identifier for the device, e.g. "base_motor", "gripper_joint_1"
-
-    """
     entries: Sequence[KeyValue] = ()
-    """--- Diagnostic Entries --------------------------------------------
-    Key-value pairs representing diagnostic information for the device.
-    """
 
 
 class VDA5050State(Message, package="control_msgs"):
-    """This message presents VDA5050-specific vehicle state information
-    For AGVs and AMRs compliant with VDA5050, this provides a snapshot of the vehicle's high-level status
-    Refer Official Specification document for the VDA 5050 - https://github.com/VDA5050/VDA5050
-    """
+    """The message `control_msgs/msg/VDA5050State`."""
 
     ACTION_WAITING: ClassVar[string] = "WAITING"
-    """--- Action Status Constants ---------------------------------------
-    VDA5050 action execution states
-
-    Action is waiting to be executed
-    """
     ACTION_INITIALIZING: ClassVar[string] = "INITIALIZING"
-    """Action is being initialized"""
     ACTION_RUNNING: ClassVar[string] = "RUNNING"
-    """Action is currently executing"""
     ACTION_PAUSED: ClassVar[string] = "PAUSED"
-    """Action execution is paused"""
     ACTION_FINISHED: ClassVar[string] = "FINISHED"
-    """Action completed successfully"""
     ACTION_FAILED: ClassVar[string] = "FAILED"
-    """Action execution failed"""
     MODE_AUTOMATIC: ClassVar[string] = "AUTOMATIC"
-    """--- Operating Mode Constants -------------------------------------
-    VDA5050 vehicle operating modes
-
-    Vehicle operates autonomously
-    """
     MODE_SEMI_AUTOMATIC: ClassVar[string] = "SEMIAUTOMATIC"
-    """Vehicle requires operator confirmation"""
     MODE_MANUAL: ClassVar[string] = "MANUAL"
-    """Vehicle is under manual control"""
     MODE_SERVICE: ClassVar[string] = "SERVICE"
-    """Vehicle is in service/maintenance mode"""
     MODE_EMERGENCY: ClassVar[string] = "EMERGENCY"
-    """Vehicle is in emergency mode"""
     MODE_TEACHIN: ClassVar[string] = "TEACHIN"
-    """Vehicle is in teach-in mode for route learning"""
 
     order_id: str = ""
-    """--- Order and Action Status ---------------------------------------
-    ID of the currently executed order
-    """
     action_status: str = ""
-    """Current action execution status, see ActionStatus constants below"""
     last_node_id: uint32 = 0
-    """ID of the last reached node in the topology"""
     driving: bool = False
-    """--- Vehicle State -------------------------------------------------
-    True if the vehicle's drives are active and vehicle is in motion
-    """
     battery_charge: float64 = 0.0
-    """Current battery charge level in percent (0.0 - 100.0)"""
     operating_mode: str = ""
-    """Current operating mode of the vehicle, see OperatingMode constants below"""
     error_type: str = ""
-    """--- Error Reporting -----------------------------------------------
-    Type/category of the current error, empty string if no error
-    """
     error_description: str = ""
-    """Human-readable description of the current error, empty string if no error"""
 
 
 class HardwareDeviceStatus(Message, package="control_msgs"):
-    """This message presents current hardware device status information"""
+    """The message `control_msgs/msg/HardwareDeviceStatus`."""
 
     header: Header = Header()
-    """Header timestamp should be update time of device status"""
     device_id: str = ""
-    """Unique identifier for the device, e.g. "base_motor", "gripper_joint_1"
-
-    """
     hardware_status: Sequence[GenericHardwareState] = ()
-    """--- Standard-Specific States --------------------------------------
-    States populated based on the standards relevant to this device.
-    A device will only fill the arrays for the standards it implements, rest will be empty
-
-    Generic hardware status information applicable to any device, it is suggested to fill this for all devices
-    """
     canopen_states: Sequence[CANopenState] = ()
-    """CANopen-specific device states (DS-301/DS-402 compliant devices)"""
     ethercat_states: Sequence[EtherCATState] = ()
-    """EtherCAT-specific device states (CoE, FoE, etc.)"""
     vda5050_states: Sequence[VDA5050State] = ()
-    """VDA5050-specific states for AGV/mobile robot devices"""
 
 
 class HardwareDiagnostics(Message, package="control_msgs"):
-    """This message presents current hardware diagnostics"""
+    """The message `control_msgs/msg/HardwareDiagnostics`."""
 
     header: Header = Header()
-    """Header timestamp should be update time of device diagnostics"""
     hardware_id: str = ""
-    """Unique identifier per hardware component, ideally the name of the hardware derived from HardwareInfo e.g.
-    "pal_arm"
-
-    """
     hardware_device_diagnostics: Sequence[HardwareDeviceDiagnostics] = ()
-    """--- Device Diagnostics Aggregation ---------------------------------
-    Diagnostics for individual devices within this hardware set
-    """
 
 
 class HardwareStatus(Message, package="control_msgs"):
-    """This message presents current hardware component status information"""
+    """The message `control_msgs/msg/HardwareStatus`."""
 
     header: Header = Header()
-    """Header timestamp should be update time of hardware status"""
     hardware_id: str = ""
-    """Unique identifier per hardware component, ideally the name of the hardware derived from HardwareInfo e.g.
-    "pal_arm"
-
-    """
     hardware_device_states: Sequence[HardwareDeviceStatus] = ()
-    """--- Device Status Aggregation ---------------------------------
-    An array containing the status of individual devices in the hardware component
-    """
 
 
 class JointComponentTolerance(Message, package="control_msgs"):
-    """Version of JointTolerance.msg with added component field for joints with multiple degrees of freedom
-    The difference between two MultiDOFJointTrajectoryPoint cannot be represented as a single number,
-    hence we use the component field to represent how to calculate the difference in a way that can
-    be represented as a single number.
-    """
+    """The message `control_msgs/msg/JointComponentTolerance`."""
 
     X_AXIS: ClassVar[uint16] = 1
-    """Since each joint has multiple degrees of freedom,
-    there can be multiple tolerances for each joint, each looking
-    at different components.
-
-    If the component is X_AXIS, Y_AXIS, or Z_AXIS, then the tolerance
-    is only applied for the specific axis.
-    However, if the component is TRANSLATION, then the tolerance is for
-    the overall Euclidean distance.
-    For these components, the units are meters, meters/sec and meters/sec^2.
-    Z_AXIS is only valid with a floating joint, not planar.
-
-    If the component is ROTATION the tolerance is measured in
-    radians, radians/sec and radians/sec^2, computed
-    between the difference in quaternions.
-    """
     Y_AXIS: ClassVar[uint16] = 2
     Z_AXIS: ClassVar[uint16] = 3
     TRANSLATION: ClassVar[uint16] = 4
@@ -623,27 +386,16 @@ class JointComponentTolerance(Message, package="control_msgs"):
 
 
 class JointControllerState(Message, package="control_msgs"):
-    """This message presents current controller state of one joint."""
+    """The message `control_msgs/msg/JointControllerState`."""
 
     header: Header = Header()
-    """It is deprecated as of Humble in favor of SingleDOFStateStamped.msg
-
-    Header timestamp should be update time of controller state
-    """
     set_point: float64 = 0.0
-    """The set point, that is, desired state."""
     process_value: float64 = 0.0
-    """Current value of the process (ie: latest sensor measurement on the controlled value)."""
     process_value_dot: float64 = 0.0
-    """First time-derivative of the process value."""
     error: float64 = 0.0
-    """The error of the controlled value, essentially process_value - set_point (for a regular PID implementation)."""
     time_step: float64 = 0.0
-    """Time between two consecutive updates/execution of the control law."""
     command: float64 = 0.0
-    """Current output of the controller."""
     p: float64 = 0.0
-    """Current PID parameters of the controller."""
     i: float64 = 0.0
     d: float64 = 0.0
     i_clamp: float64 = 0.0
@@ -654,111 +406,58 @@ class JointJog(Message, package="control_msgs"):
     """The message `control_msgs/msg/JointJog`."""
 
     header: Header = Header()
-    """Used in time-stamping the message."""
     joint_names: Sequence[str] = ()
-    """Name list of the joints. You don't need to specify all joints of the
-    robot. Joint names are case-sensitive.
-    """
     displacements: Float64Array = zeros()
-    """A position command to the joints listed in joint_names.
-    The order must be identical.
-    Units are meters or radians.
-    If displacements and velocities are filled, a profiled motion is requested.
-
-    or position_deltas
-    """
     velocities: Float64Array = zeros()
-    """A velocity command to the joints listed in joint_names.
-    The order must be identical.
-    Units are m/s or rad/s.
-    If displacements and velocities are filled, a profiled motion is requested.
-    """
     duration: float64 = 0.0
 
 
 class JointTolerance(Message, package="control_msgs"):
-    """The tolerances specify the amount the position, velocity, and
-    accelerations can vary from the setpoints.  For example, in the case
-    of trajectory control, when the actual position varies beyond
-    (desired position + position tolerance), the trajectory goal may
-    abort.
-
-    There are two special values for tolerances:
-     * 0 - The tolerance is unspecified and will remain at whatever the default is
-     * -1 - The tolerance is "erased".  If there was a default, the joint will be
-            allowed to move without restriction.
-    """
+    """The message `control_msgs/msg/JointTolerance`."""
 
     name: str = ""
     position: float64 = 0.0
-    """in radians or meters (for a revolute or prismatic joint, respectively)"""
     velocity: float64 = 0.0
-    """in rad/sec or m/sec"""
     acceleration: float64 = 0.0
-    """in rad/sec^2 or m/sec^2"""
 
 
 class JointTrajectoryControllerState(Message, package="control_msgs"):
-    """This message presents current controller state of JTC"""
+    """The message `control_msgs/msg/JointTrajectoryControllerState`."""
 
     header: Header = Header()
-    """Header timestamp should be update time of controller state"""
     joint_names: Sequence[str] = ()
     reference: JointTrajectoryPoint = JointTrajectoryPoint()
-    """The set point, that is, desired state."""
     feedback: JointTrajectoryPoint = JointTrajectoryPoint()
-    """Current value of the process (ie: latest sensor measurement on the controlled value)."""
     error: JointTrajectoryPoint = JointTrajectoryPoint()
-    """The error of the controlled value, essentially reference - feedback (for a regular PID implementation)."""
     output: JointTrajectoryPoint = JointTrajectoryPoint()
-    """Current output of the controller."""
     multi_dof_joint_names: Sequence[str] = ()
     multi_dof_reference: MultiDOFJointTrajectoryPoint = MultiDOFJointTrajectoryPoint()
-    """The set point, that is, desired state."""
     multi_dof_feedback: MultiDOFJointTrajectoryPoint = MultiDOFJointTrajectoryPoint()
-    """Current value of the process (ie: latest sensor measurement on the controlled value)."""
     multi_dof_error: MultiDOFJointTrajectoryPoint = MultiDOFJointTrajectoryPoint()
-    """The error of the controlled value, essentially reference - feedback (for a regular PID implementation)."""
     multi_dof_output: MultiDOFJointTrajectoryPoint = MultiDOFJointTrajectoryPoint()
-    """Current output of the controller."""
     speed_scaling_factor: float64 = 0.0
-    """The speed scaling factor the trajectory is currently being executed with"""
 
 
 class WrenchFramed(Message, package="control_msgs"):
-    """This message represents a wrench (force and torque) expressed in a specific reference frame."""
+    """The message `control_msgs/msg/WrenchFramed`."""
 
     frame_id: str = ""
-    """The reference frame in which the wrench is expressed."""
     wrench: Wrench = Wrench()
-    """The wrench applied."""
 
 
 class JointWrenchTrajectoryPoint(Message, package="control_msgs"):
     """The message `control_msgs/msg/JointWrenchTrajectoryPoint`."""
 
     point: JointTrajectoryPoint = JointTrajectoryPoint()
-    """A joint-wrench trajectory point defines joint positions, joint velocities, joint accelerations, joint efforts,
-    and a task space wrench, typically used by controllers.
-    Note: The time_from_start field is included in the JointTrajectoryPoint.
-    """
     wrench: WrenchFramed = WrenchFramed()
-    """The task-space wrench to apply at this trajectory point."""
 
 
 class JointWrenchTrajectory(Message, package="control_msgs"):
     """The message `control_msgs/msg/JointWrenchTrajectory`."""
 
     header: Header = Header()
-    """The header is used to specify the reference time for the trajectory durations"""
     joint_names: Sequence[str] = ()
-    """The names of the active joints in each trajectory point. These names are
-    ordered and must correspond to the values in each trajectory point.
-    """
     points: Sequence[JointWrenchTrajectoryPoint] = ()
-    """Array of trajectory points, which describe the joint positions, velocities,
-    accelerations and/or efforts, and task space wrenches at each time point.
-    """
 
 
 class Keys(Message, package="control_msgs"):
@@ -766,9 +465,6 @@ class Keys(Message, package="control_msgs"):
 
     header: Header = Header()
     keys: Sequence[str] = ()
-    """List of names defining interfaces or joints or other string-based entities
-    being published with Keys.msg
-    """
 
 
 class MecanumDriveControllerState(Message, package="control_msgs"):
@@ -783,7 +479,7 @@ class MecanumDriveControllerState(Message, package="control_msgs"):
 
 
 class MotionArgument(Message, package="control_msgs"):
-    """Key Value pair to be used in MotionPrimitive messages"""
+    """The message `control_msgs/msg/MotionArgument`."""
 
     name: str = ""
     value: float64 = 0.0
@@ -794,33 +490,13 @@ class MotionPrimitive(Message, package="control_msgs"):
 
     UNKNOWN: ClassVar[int8] = -1
     LINEAR_JOINT: ClassVar[int8] = 0
-    """Often referred as PTP"""
     LINEAR_CARTESIAN: ClassVar[int8] = 50
-    """Often referred as LIN"""
     CIRCULAR_CARTESIAN: ClassVar[int8] = 51
-    """Often referred as CIRC"""
 
     type: int8 = -1
-    """potentially more, such as spline motion
-
-    one of the above
-    """
     blend_radius: float64 = 0.0
     additional_arguments: Sequence[MotionArgument] = ()
-    """MotionArguments are meant to be used as vendor-specific or use-case-specific arguments to
-    MotionPrimitive messages. This is to avoid bloating the MotionPrimitive message with all possible
-    uses cases but rather add specific data using as a list of key-value pairs, which is what this
-    message represents.
-
-    (max) velocity, (max) acceleration, efficiency
-    """
     poses: Sequence[PoseStamped] = ()
-    """Targets should be either specified through joint configurations or Cartesian poses.
-    Depending on the motion type and implementation, there might be multiple poses allowed.
-    For example, circular motions are often specified as via and target
-    Usually one of these is empty, in some edge cases even both can be empty, when all input is given
-    in the more flexible MotionArgument[] field.
-    """
     joint_positions: Float64Array = zeros()
 
 
@@ -831,47 +507,30 @@ class MotionPrimitiveSequence(Message, package="control_msgs"):
 
 
 class MultiDOFCommand(Message, package="control_msgs"):
-    """The message defines command for multiple degrees of freedom (DoF) typically used by many controllers.
-    The message intentionally avoids 'joint' nomenclature because it can be generally use for command with
-    different semantic meanings, e.g., joints, Cartesian axes, or have abstract meaning like GPIO interface.
-    """
+    """The message `control_msgs/msg/MultiDOFCommand`."""
 
     dof_names: Sequence[str] = ()
-    """names of degrees of freedom"""
     values: Float64Array = zeros()
-    """values used by most of the controller"""
     values_dot: Float64Array = zeros()
-    """First derivation of the values, e.g., velocity if values are positions.
-    This is useful for PID and similar controllers.
-    """
 
 
 class SingleDOFState(Message, package="control_msgs"):
-    """This message presents current controller state of one degree of freedom."""
+    """The message `control_msgs/msg/SingleDOFState`."""
 
     name: str = ""
-    """DoF name, e.g., joint or Cartesian axis name"""
     reference: float64 = 0.0
-    """The set point, that is, desired state."""
     feedback: float64 = 0.0
-    """Current value of the process (ie: latest sensor measurement on the controlled value)."""
     feedback_dot: float64 = 0.0
-    """First time-derivative of the process value. E.g., velocity."""
     error: float64 = 0.0
-    """The error of the controlled value, essentially reference - feedback (for a regular PID implementation)."""
     error_dot: float64 = 0.0
-    """First time-derivative of the error of the controlled value."""
     time_step: float64 = 0.0
-    """Time between two consecutive updates/execution of the control law."""
     output: float64 = 0.0
-    """Current output of the controller."""
 
 
 class MultiDOFStateStamped(Message, package="control_msgs"):
-    """This message presents current controller state of multiple degrees of freedom."""
+    """The message `control_msgs/msg/MultiDOFStateStamped`."""
 
     header: Header = Header()
-    """Header timestamp should be update time of controller state"""
     dof_states: Sequence[SingleDOFState] = ()
 
 
@@ -881,34 +540,23 @@ class PidState(Message, package="control_msgs"):
     header: Header = Header()
     timestep: Duration = Duration()
     error: float64 = 0.0
-    """error = target - state"""
     error_dot: float64 = 0.0
-    """derivative of error"""
     i_term: float64 = 0.0
-    """weighted integral of error"""
     p_gain: float64 = 0.0
-    """proportional gain"""
     i_gain: float64 = 0.0
-    """integral gain"""
     d_gain: float64 = 0.0
-    """derivative gain"""
     output: float64 = 0.0
-    """output of the PID controller"""
 
 
 class SingleDOFStateStamped(Message, package="control_msgs"):
-    """This message presents current controller state of one degree of freedom."""
+    """The message `control_msgs/msg/SingleDOFStateStamped`."""
 
     header: Header = Header()
-    """Header timestamp should be update time of controller state"""
     dof_state: SingleDOFState = SingleDOFState()
 
 
 class SpeedScalingFactor(Message, package="control_msgs"):
-    """This message contains a scaling factor to scale trajectory execution. A factor of 1.0 means
-    execution at normal speed, a factor of 0.0 means a full pause.
-    Negative values are not allowed (Which should be checked by any instance consuming this message).
-    """
+    """The message `control_msgs/msg/SpeedScalingFactor`."""
 
     factor: float64 = 0.0
 
@@ -918,9 +566,7 @@ class SteeringControllerCommand(Message, package="control_msgs"):
 
     header: Header = Header()
     steering_angle: float64 = 0.0
-    """in rad"""
     linear_velocity: float64 = 0.0
-    """in m/s"""
 
 
 class SteeringControllerStatus(Message, package="control_msgs"):
@@ -928,45 +574,32 @@ class SteeringControllerStatus(Message, package="control_msgs"):
 
     header: Header = Header()
     traction_wheels_position: Float64Array = zeros()
-    """positions of traction wheels if the robot is controlled by position"""
     traction_wheels_velocity: Float64Array = zeros()
-    """velocities of traction wheels if the robot is controlled by velocity"""
     steer_positions: Float64Array = zeros()
-    """positions of steering joints"""
     traction_command: Float64Array = zeros()
-    """values commanded to traction joints"""
     steering_angle_command: Float64Array = zeros()
-    """values commanded to steering joints"""
 
 
 class VDA5050SafetyState(Message, package="control_msgs"):
     """The message `control_msgs/msg/VDA5050SafetyState`."""
 
     AUTO_ACK: ClassVar[string] = "autoAck"
-    """Enums for eStop"""
     MANUAL: ClassVar[string] = "manual"
     REMOTE: ClassVar[string] = "remote"
     NONE: ClassVar[string] = "none"
 
     e_stop: str = ""
-    """Enum {autoAck, manual, remote, none} Acknowledge-Type of eStop:
-    autoAck: autoacknowledgeable e-stop is activated e.g. by bumper or protective field
-    manual: e-stop has to be acknowledged manually at the vehicle
-    remote: facility estop has to be acknowledged remotely
-    none: no e-stop activated
-    """
     field_violation: bool = False
-    """Protective field violation. True: field is violated False: field is not violated"""
 
 
 class QueryCalibrationState(ServiceType, package="control_msgs"):
     """The service `control_msgs/srv/QueryCalibrationState`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `QueryCalibrationState`."""
 
     class Response(Message):
-        """The response."""
+        """The response of `QueryCalibrationState`."""
 
         is_calibrated: bool = False
 
@@ -975,17 +608,15 @@ class QueryTrajectoryState(ServiceType, package="control_msgs"):
     """The service `control_msgs/srv/QueryTrajectoryState`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `QueryTrajectoryState`."""
 
         time: Time = Time()
 
     class Response(Message):
-        """The response."""
+        """The response of `QueryTrajectoryState`."""
 
         success: bool = False
-        """indicate successful run of triggered service"""
         message: str = ""
-        """informational, e.g. for error messages"""
         name: Sequence[str] = ()
         position: Float64Array = zeros()
         velocity: Float64Array = zeros()
@@ -996,7 +627,7 @@ class SetOdometry(ServiceType, package="control_msgs"):
     """The service `control_msgs/srv/SetOdometry`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `SetOdometry`."""
 
         x: float64 = 0.0
         y: float64 = 0.0
@@ -1006,7 +637,7 @@ class SetOdometry(ServiceType, package="control_msgs"):
         yaw: float64 = 0.0
 
     class Response(Message):
-        """The response."""
+        """The response of `SetOdometry`."""
 
         success: bool = False
         message: str = ""
@@ -1016,15 +647,12 @@ class ExecuteMotionPrimitiveSequence(ActionType, package="control_msgs"):
     """The action `control_msgs/action/ExecuteMotionPrimitiveSequence`."""
 
     class Goal(Message):
-        """The goal."""
+        """The goal of `ExecuteMotionPrimitiveSequence`."""
 
         trajectory: MotionPrimitiveSequence = MotionPrimitiveSequence()
-        """A list of MotionPrimitive messages that are executed in sequence. They don't have to be of the
-        same type, as long as the robot supports executing them one after another.
-        """
 
     class Result(Message):
-        """The result."""
+        """The result of `ExecuteMotionPrimitiveSequence`."""
 
         SUCCESSFUL: ClassVar[int32] = 0
         INVALID_GOAL: ClassVar[int32] = -1
@@ -1034,51 +662,27 @@ class ExecuteMotionPrimitiveSequence(ActionType, package="control_msgs"):
         error_string: str = ""
 
     class Feedback(Message):
-        """The feedback."""
+        """The feedback of `ExecuteMotionPrimitiveSequence`."""
 
         current_primitive_index: uint8 = 0
-        """Index of the currently executed motion primitive in the sequence."""
 
 
 class FollowJointTrajectory(ActionType, package="control_msgs"):
     """The action `control_msgs/action/FollowJointTrajectory`."""
 
     class Goal(Message):
-        """The goal."""
+        """The goal of `FollowJointTrajectory`."""
 
         trajectory: trajectory_msgs.JointTrajectory = trajectory_msgs.JointTrajectory()
-        """The trajectory for all revolute, continuous or prismatic joints"""
         multi_dof_trajectory: MultiDOFJointTrajectory = MultiDOFJointTrajectory()
-        """The trajectory for all planar or floating joints (i.e. individual joints with more than one DOF)"""
         path_tolerance: Sequence[JointTolerance] = ()
-        """Tolerances for the trajectory.  If the measured joint values fall
-        outside the tolerances the trajectory goal is aborted.  Any
-        tolerances that are not specified (by being omitted or set to 0) are
-        set to the defaults for the action server (often taken from the
-        parameter server).
-
-        Tolerances applied to the joints as the trajectory is executed.  If
-        violated, the goal aborts with error_code set to
-        PATH_TOLERANCE_VIOLATED.
-        """
         component_path_tolerance: Sequence[JointComponentTolerance] = ()
         goal_tolerance: Sequence[JointTolerance] = ()
-        """To report success, the joints must be within goal_tolerance of the
-        final trajectory value.  The goal must be achieved by time the
-        trajectory ends plus goal_time_tolerance.  (goal_time_tolerance
-        allows some leeway in time, so that the trajectory goal can still
-        succeed even if the joints reach the goal some time after the
-        precise end time of the trajectory).
-
-        If the joints are not within goal_tolerance after "trajectory finish
-        time" + goal_time_tolerance, the goal aborts with error_code set to
-        GOAL_TOLERANCE_VIOLATED
-        """
         component_goal_tolerance: Sequence[JointComponentTolerance] = ()
         goal_time_tolerance: Duration = Duration()
 
     class Result(Message):
-        """The result."""
+        """The result of `FollowJointTrajectory`."""
 
         SUCCESSFUL: ClassVar[int32] = 0
         INVALID_GOAL: ClassVar[int32] = -1
@@ -1089,18 +693,9 @@ class FollowJointTrajectory(ActionType, package="control_msgs"):
 
         error_code: int32 = 0
         error_string: str = ""
-        """Human readable description of the error code. Contains complementary
-        information that is especially useful when execution fails, for instance:
-        - INVALID_GOAL: The reason for the invalid goal (e.g., the requested
-          trajectory is in the past).
-        - INVALID_JOINTS: The mismatch between the expected controller joints
-          and those provided in the goal.
-        - PATH_TOLERANCE_VIOLATED and GOAL_TOLERANCE_VIOLATED: Which joint
-          violated which tolerance, and by how much.
-        """
 
     class Feedback(Message):
-        """The feedback."""
+        """The feedback of `FollowJointTrajectory`."""
 
         header: Header = Header()
         joint_names: Sequence[str] = ()
@@ -1108,50 +703,26 @@ class FollowJointTrajectory(ActionType, package="control_msgs"):
         actual: JointTrajectoryPoint = JointTrajectoryPoint()
         error: JointTrajectoryPoint = JointTrajectoryPoint()
         index: int32 = 0
-        """the currently used point from trajectory.points array"""
         multi_dof_joint_names: Sequence[str] = ()
         multi_dof_desired: MultiDOFJointTrajectoryPoint = MultiDOFJointTrajectoryPoint()
         multi_dof_actual: MultiDOFJointTrajectoryPoint = MultiDOFJointTrajectoryPoint()
         multi_dof_error: MultiDOFJointTrajectoryPoint = MultiDOFJointTrajectoryPoint()
         multi_dof_index: int32 = 0
-        """the currently used point from multi_dof_trajectory.points array"""
 
 
 class FollowJointWrenchTrajectory(ActionType, package="control_msgs"):
     """The action `control_msgs/action/FollowJointWrenchTrajectory`."""
 
     class Goal(Message):
-        """The goal."""
+        """The goal of `FollowJointWrenchTrajectory`."""
 
         trajectory: JointWrenchTrajectory = JointWrenchTrajectory()
-        """The joint trajectory to follow"""
         path_tolerance: Sequence[JointTolerance] = ()
-        """Tolerances for the trajectory.  If the measured joint values fall
-        outside the tolerances the trajectory goal is aborted.  Any
-        tolerances that are not specified (by being omitted or set to 0) are
-        set to the defaults for the action server (often taken from the
-        parameter server).
-
-        Tolerances applied to the joints as the trajectory is executed.  If
-        violated, the goal aborts with error_code set to
-        PATH_TOLERANCE_VIOLATED.
-        """
         goal_tolerance: Sequence[JointTolerance] = ()
-        """To report success, the joints must be within goal_tolerance of the
-        final trajectory value.  The goal must be achieved by time the
-        trajectory ends plus goal_time_tolerance.  (goal_time_tolerance
-        allows some leeway in time, so that the trajectory goal can still
-        succeed even if the joints reach the goal some time after the
-        precise end time of the trajectory).
-
-        If the joints are not within goal_tolerance after "trajectory finish
-        time" + goal_time_tolerance, the goal aborts with error_code set to
-        GOAL_TOLERANCE_VIOLATED
-        """
         goal_time_tolerance: Duration = Duration()
 
     class Result(Message):
-        """The result."""
+        """The result of `FollowJointWrenchTrajectory`."""
 
         SUCCESSFUL: ClassVar[int32] = 0
         INVALID_GOAL: ClassVar[int32] = -1
@@ -1163,22 +734,9 @@ class FollowJointWrenchTrajectory(ActionType, package="control_msgs"):
 
         error_code: int32 = 0
         error_string: str = ""
-        """Human readable description of the error code. Contains complementary
-        information that is especially useful when execution fails, for instance:
-        - INVALID_GOAL: The reason for the invalid goal (e.g., the requested
-          trajectory requires a command that differ significantly from the
-          robot's current state).
-        - INVALID_JOINTS: The mismatch between the expected controller joints
-          and those provided in the goal.
-        - PATH_TOLERANCE_VIOLATED and GOAL_TOLERANCE_VIOLATED: Which joint
-          violated which tolerance, and by how much.
-        - TRAJECTORY_ABORTED: Indicates that the trajectory was aborted during
-          execution (e.g., another trajectory was sent for execution, or a
-          problem occurred).
-        """
 
     class Feedback(Message):
-        """The feedback."""
+        """The feedback of `FollowJointWrenchTrajectory`."""
 
         header: Header = Header()
         joint_names: Sequence[str] = ()
@@ -1186,67 +744,49 @@ class FollowJointWrenchTrajectory(ActionType, package="control_msgs"):
         actual: JointWrenchTrajectoryPoint = JointWrenchTrajectoryPoint()
         error: JointWrenchTrajectoryPoint = JointWrenchTrajectoryPoint()
         index: int32 = 0
-        """the currently used point from trajectory.points array"""
 
 
 class JointTrajectory(ActionType, package="control_msgs"):
     """The action `control_msgs/action/JointTrajectory`."""
 
     class Goal(Message):
-        """The goal."""
+        """The goal of `JointTrajectory`."""
 
         trajectory: trajectory_msgs.JointTrajectory = trajectory_msgs.JointTrajectory()
 
     class Result(Message):
-        """The result."""
+        """The result of `JointTrajectory`."""
 
     class Feedback(Message):
-        """The feedback."""
+        """The feedback of `JointTrajectory`."""
 
 
 class ParallelGripperCommand(ActionType, package="control_msgs"):
-    """name: the name(s) of the joint this command is requesting
-    position: desired position of each gripper joint (radians or meters)
-    velocity: (optional, not used if empty) max velocity of the joint allowed while moving (radians or meters / second)
-    effort: (optional, not used if empty) max effort of the joint allowed while moving (Newtons or Newton-meters)
-    """
+    """The action `control_msgs/action/ParallelGripperCommand`."""
 
     class Goal(Message):
-        """The goal."""
+        """The goal of `ParallelGripperCommand`."""
 
         command: JointState = JointState()
-        """Parallel grippers refer to an end effector where two opposing fingers grasp an object from opposite sides."""
 
     class Result(Message):
-        """The result."""
+        """The result of `ParallelGripperCommand`."""
 
         state: JointState = JointState()
-        """The current gripper state."""
         stalled: bool = False
-        """position of each joint (radians or meters)
-        optional: velocity of each joint (radians or meters / second)
-        optional: effort of each joint (Newtons or Newton-meters)
-
-        True if the gripper is exerting max effort and not moving
-        """
         reached_goal: bool = False
-        """True if the gripper position has reached the commanded setpoint"""
 
     class Feedback(Message):
-        """position of each joint (radians or meters)
-        optional: velocity of each joint (radians or meters / second)
-        optional: effort of each joint (Newtons or Newton-meters)
-        """
+        """The feedback of `ParallelGripperCommand`."""
 
         state: JointState = JointState()
-        """The current gripper state."""
 
 
 class PointHead(ActionType, package="control_msgs"):
     """The action `control_msgs/action/PointHead`."""
 
     class Goal(Message):
-        """The goal."""
+        """The goal of `PointHead`."""
 
         target: PointStamped = PointStamped()
         pointing_axis: Vector3 = Vector3()
@@ -1255,10 +795,10 @@ class PointHead(ActionType, package="control_msgs"):
         max_velocity: float64 = 0.0
 
     class Result(Message):
-        """The result."""
+        """The result of `PointHead`."""
 
     class Feedback(Message):
-        """The feedback."""
+        """The feedback of `PointHead`."""
 
         pointing_angle_error: float64 = 0.0
 
@@ -1267,17 +807,17 @@ class SingleJointPosition(ActionType, package="control_msgs"):
     """The action `control_msgs/action/SingleJointPosition`."""
 
     class Goal(Message):
-        """The goal."""
+        """The goal of `SingleJointPosition`."""
 
         position: float64 = 0.0
         min_duration: Duration = Duration()
         max_velocity: float64 = 0.0
 
     class Result(Message):
-        """The result."""
+        """The result of `SingleJointPosition`."""
 
     class Feedback(Message):
-        """The feedback."""
+        """The feedback of `SingleJointPosition`."""
 
         header: Header = Header()
         position: float64 = 0.0
@@ -1286,36 +826,28 @@ class SingleJointPosition(ActionType, package="control_msgs"):
 
 
 class action:
-    """Types whose names other types of `control_msgs` have too."""
+    """The message `control_msgs/msg/action`."""
 
     class GripperCommand(ActionType, package="control_msgs"):
-        """The action `control_msgs/action/GripperCommand`."""
+        """The grippercommand of `action`."""
 
         class Goal(Message):
-            """The goal."""
+            """The goal of `GripperCommand`."""
 
             command: GripperCommand = GripperCommand()
 
         class Result(Message):
-            """The result."""
+            """The result of `GripperCommand`."""
 
             position: float64 = 0.0
-            """The current gripper gap size (in meters)"""
             effort: float64 = 0.0
-            """The current effort exerted (in Newtons)"""
             stalled: bool = False
-            """True iff the gripper is exerting max effort and not moving"""
             reached_goal: bool = False
-            """True iff the gripper position has reached the commanded setpoint"""
 
         class Feedback(Message):
-            """The feedback."""
+            """The feedback of `GripperCommand`."""
 
             position: float64 = 0.0
-            """The current gripper gap size (in meters)"""
             effort: float64 = 0.0
-            """The current effort exerted (in Newtons)"""
             stalled: bool = False
-            """True iff the gripper is exerting max effort and not moving"""
             reached_goal: bool = False
-            """True iff the gripper position has reached the commanded setpoint"""

@@ -107,384 +107,187 @@ __all__ = [
 
 
 class Bool(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, bool.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Bool`."""
 
     data: bool = False
 
 
 class Byte(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, byte.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Byte`."""
 
     data: byte = 0
 
 
 class MultiArrayDimension(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/MultiArrayDimension`."""
 
     label: str = ""
-    """label of given dimension"""
     size: uint32 = 0
-    """size of given dimension (in type units)"""
     stride: uint32 = 0
-    """stride of given dimension"""
 
 
 class MultiArrayLayout(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/MultiArrayLayout`."""
 
     dim: Sequence[MultiArrayDimension] = ()
-    """The multiarray declares a generic multi-dimensional array of a
-    particular data type.  Dimensions are ordered from outer most
-    to inner most.
-
-    Accessors should ALWAYS be written in terms of dimension stride
-    and specified outer-most dimension first.
-
-    multiarray(i,j,k) = data[data_offset + dim_stride[1]*i + dim_stride[2]*j + k]
-
-    A standard, 3-channel 640x480 image with interleaved color channels
-    would be specified as:
-
-    dim[0].label  = "height"
-    dim[0].size   = 480
-    dim[0].stride = 3*640*480 = 921600  (note dim[0] stride is just size of image)
-    dim[1].label  = "width"
-    dim[1].size   = 640
-    dim[1].stride = 3*640 = 1920
-    dim[2].label  = "channel"
-    dim[2].size   = 3
-    dim[2].stride = 3
-
-    multiarray(i,j,k) refers to the ith row, jth column, and kth channel.
-
-    Array of dimension properties
-    """
     data_offset: uint32 = 0
-    """padding bytes at front of data"""
 
 
 class ByteMultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/ByteMultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: ByteArray = zeros()
-    """array of data"""
 
 
 class Char(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, char.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Char`."""
 
     data: char = 0
 
 
 class Empty(Message, package="example_interfaces"):
-    """If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    """
+    """The message `example_interfaces/msg/Empty`."""
 
 
 class Float32(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, float32.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Float32`."""
 
     data: float32 = 0.0
 
 
 class Float32MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/Float32MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: Float32Array = zeros()
-    """array of data"""
 
 
 class Float64(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, float64.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Float64`."""
 
     data: float64 = 0.0
 
 
 class Float64MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/Float64MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: Float64Array = zeros()
-    """array of data"""
 
 
 class Int16(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, int16.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Int16`."""
 
     data: int16 = 0
 
 
 class Int16MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/Int16MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: Int16Array = zeros()
-    """array of data"""
 
 
 class Int32(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, int32.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Int32`."""
 
     data: int32 = 0
 
 
 class Int32MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/Int32MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: Int32Array = zeros()
-    """array of data"""
 
 
 class Int64(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, int64.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Int64`."""
 
     data: int64 = 0
 
 
 class Int64MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/Int64MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: Int64Array = zeros()
-    """array of data"""
 
 
 class Int8(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, in8.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/Int8`."""
 
     data: int8 = 0
 
 
 class Int8MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/Int8MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: Int8Array = zeros()
-    """array of data"""
 
 
 class String(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, string.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/String`."""
 
     data: str = ""
 
 
 class UInt16(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, uint16.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/UInt16`."""
 
     data: uint16 = 0
 
 
 class UInt16MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/UInt16MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: UInt16Array = zeros()
-    """array of data"""
 
 
 class UInt32(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, uint32.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/UInt32`."""
 
     data: uint32 = 0
 
 
 class UInt32MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/UInt32MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: UInt32Array = zeros()
-    """array of data"""
 
 
 class UInt64(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, unint64.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/UInt64`."""
 
     data: uint64 = 0
 
 
 class UInt64MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/UInt64MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: UInt64Array = zeros()
-    """array of data"""
 
 
 class UInt8(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, uint8.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/UInt8`."""
 
     data: uint8 = 0
 
 
 class UInt8MultiArray(Message, package="example_interfaces"):
-    """This is an example of using complex datatypes.
-    It is not recommended to use directly.
-    To use a similar datastruct please define a custom message with appropriate semantic meaning.
-    """
+    """The message `example_interfaces/msg/UInt8MultiArray`."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
-    """Please look at the MultiArrayLayout message definition for
-    documentation on all multiarrays.
-
-    specification of data layout
-    """
     data: UInt8Array = zeros()
-    """array of data"""
 
 
 class WString(Message, package="example_interfaces"):
-    """This is an example message of using a primitive datatype, wstring.
-    If you want to test with this that's fine, but if you are deploying
-    it into a system you should create a semantically meaningful message type.
-    If you want to embed it in another message, use the primitive data type instead.
-    """
+    """The message `example_interfaces/msg/WString`."""
 
     data: wstring = ""
 
@@ -493,73 +296,59 @@ class AddTwoInts(ServiceType, package="example_interfaces"):
     """The service `example_interfaces/srv/AddTwoInts`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `AddTwoInts`."""
 
         a: int64 = 0
         b: int64 = 0
 
     class Response(Message):
-        """The response."""
+        """The response of `AddTwoInts`."""
 
         sum: int64 = 0
 
 
 class SetBool(ServiceType, package="example_interfaces"):
-    """This is an example of a service to set a boolean value.
-    This can be used for testing but a semantically meaningful
-    one should be created to be built upon.
-    """
+    """The service `example_interfaces/srv/SetBool`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `SetBool`."""
 
         data: bool = False
-        """e.g. for hardware enabling / disabling"""
 
     class Response(Message):
-        """The response."""
+        """The response of `SetBool`."""
 
         success: bool = False
-        """indicate successful run of triggered service"""
         message: str = ""
-        """informational, e.g. for error messages"""
 
 
 class Trigger(ServiceType, package="example_interfaces"):
-    """An example of a trigger service.
-    This can be used for testing but a semantically meaningful
-    one should be created to be built upon.
-    """
+    """The service `example_interfaces/srv/Trigger`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `Trigger`."""
 
     class Response(Message):
-        """The response."""
+        """The response of `Trigger`."""
 
         success: bool = False
-        """indicate successful run of triggered service"""
         message: str = ""
-        """informational, e.g. for error messages."""
 
 
 class Fibonacci(ActionType, package="example_interfaces"):
     """The action `example_interfaces/action/Fibonacci`."""
 
     class Goal(Message):
-        """The goal."""
+        """The goal of `Fibonacci`."""
 
         order: int32 = 0
-        """Goal"""
 
     class Result(Message):
-        """The result."""
+        """The result of `Fibonacci`."""
 
         sequence: Int32Array = zeros()
-        """Result"""
 
     class Feedback(Message):
-        """The feedback."""
+        """The feedback of `Fibonacci`."""
 
         sequence: Int32Array = zeros()
-        """Feedback"""

@@ -29,113 +29,37 @@ __all__ = [
 
 
 class State(Message, package="lifecycle_msgs"):
-    """Primary state definitions as depicted in:
-    http://design.ros2.org/articles/node_lifecycle.html
-    """
+    """The message `lifecycle_msgs/msg/State`."""
 
     PRIMARY_STATE_UNKNOWN: ClassVar[uint8] = 0
-    """These are the primary states. State changes can only be requested when the
-    node is in one of these states.
-
-    Indicates state has not yet been set.
-    """
     PRIMARY_STATE_UNCONFIGURED: ClassVar[uint8] = 1
-    """This is the life cycle state the node is in immediately after being
-    instantiated.
-    """
     PRIMARY_STATE_INACTIVE: ClassVar[uint8] = 2
-    """This state represents a node that is not currently performing any processing."""
     PRIMARY_STATE_ACTIVE: ClassVar[uint8] = 3
-    """This is the main state of the node's life cycle. While in this state, the node
-    performs any processing, responds to service requests, reads and processes
-    data, produces output, etc.
-    """
     PRIMARY_STATE_FINALIZED: ClassVar[uint8] = 4
-    """The finalized state is the state in which the node ends immediately before
-    being destroyed.
-    """
     TRANSITION_STATE_CONFIGURING: ClassVar[uint8] = 10
-    """Temporary intermediate states. When a transition is requested, the node
-    changes its state into one of these states.
-
-    In this transition state the node's onConfigure callback will be called to
-    allow the node to load its configuration and conduct any required setup.
-    """
     TRANSITION_STATE_CLEANINGUP: ClassVar[uint8] = 11
-    """In this transition state the node's callback onCleanup will be called to clear
-    all state and return the node to a functionally equivalent state as when
-    first created.
-    """
     TRANSITION_STATE_SHUTTINGDOWN: ClassVar[uint8] = 12
-    """In this transition state the callback onShutdown will be executed to do any
-    cleanup necessary before destruction.
-    """
     TRANSITION_STATE_ACTIVATING: ClassVar[uint8] = 13
-    """In this transition state the callback onActivate will be executed to do any
-    final preparations to start executing.
-    """
     TRANSITION_STATE_DEACTIVATING: ClassVar[uint8] = 14
-    """In this transition state the callback onDeactivate will be executed to do any
-    cleanup to start executing, and reverse the onActivate changes.
-    """
     TRANSITION_STATE_ERRORPROCESSING: ClassVar[uint8] = 15
-    """This transition state is where any error may be cleaned up."""
 
     id: uint8 = 0
-    """The state id value from the above definitions."""
     label: str = ""
-    """A text label of the state."""
 
 
 class Transition(Message, package="lifecycle_msgs"):
-    """Default values for transitions as described in:
-    http://design.ros2.org/articles/node_lifecycle.html
-    """
+    """The message `lifecycle_msgs/msg/Transition`."""
 
     TRANSITION_CREATE: ClassVar[uint8] = 0
-    """Reserved [0-9], publicly available transitions.
-    When a node is in one of these primary states, these transitions can be
-    invoked.
-
-    This transition will instantiate the node, but will not run any code beyond
-    the constructor.
-    """
     TRANSITION_CONFIGURE: ClassVar[uint8] = 1
-    """The node's onConfigure callback will be called to allow the node to load its
-    configuration and conduct any required setup.
-    """
     TRANSITION_CLEANUP: ClassVar[uint8] = 2
-    """The node's callback onCleanup will be called in this transition to allow the
-    node to load its configuration and conduct any required setup.
-    """
     TRANSITION_ACTIVATE: ClassVar[uint8] = 3
-    """The node's callback onActivate will be executed to do any final preparations
-    to start executing.
-    """
     TRANSITION_DEACTIVATE: ClassVar[uint8] = 4
-    """The node's callback onDeactivate will be executed to do any cleanup to start
-    executing, and reverse the onActivate changes.
-    """
     TRANSITION_UNCONFIGURED_SHUTDOWN: ClassVar[uint8] = 5
-    """This signals shutdown during an unconfigured state, the node's callback
-    onShutdown will be executed to do any cleanup necessary before destruction.
-    """
     TRANSITION_INACTIVE_SHUTDOWN: ClassVar[uint8] = 6
-    """This signals shutdown during an inactive state, the node's callback onShutdown
-    will be executed to do any cleanup necessary before destruction.
-    """
     TRANSITION_ACTIVE_SHUTDOWN: ClassVar[uint8] = 7
-    """This signals shutdown during an active state, the node's callback onShutdown
-    will be executed to do any cleanup necessary before destruction.
-    """
     TRANSITION_DESTROY: ClassVar[uint8] = 8
-    """This transition will simply cause the deallocation of the node."""
     TRANSITION_ON_CONFIGURE_SUCCESS: ClassVar[uint8] = 10
-    """Reserved [10-69], private transitions
-    These transitions are not publicly available and cannot be invoked by a user.
-    The following transitions are implicitly invoked based on the callback
-    feedback of the intermediate transition states.
-    """
     TRANSITION_ON_CONFIGURE_FAILURE: ClassVar[uint8] = 11
     TRANSITION_ON_CONFIGURE_ERROR: ClassVar[uint8] = 12
     TRANSITION_ON_CLEANUP_SUCCESS: ClassVar[uint8] = 20
@@ -154,106 +78,75 @@ class Transition(Message, package="lifecycle_msgs"):
     TRANSITION_ON_ERROR_FAILURE: ClassVar[uint8] = 61
     TRANSITION_ON_ERROR_ERROR: ClassVar[uint8] = 62
     TRANSITION_CALLBACK_SUCCESS: ClassVar[uint8] = 97
-    """Reserved [90-99]. Transition callback success values.
-    These return values ought to be set as a return value for each callback.
-    Depending on which return value, the transition will be executed correctly or
-    fallback/error callbacks will be triggered.
-
-    The transition callback successfully performed its required functionality.
-    """
     TRANSITION_CALLBACK_FAILURE: ClassVar[uint8] = 98
-    """The transition callback failed to perform its required functionality."""
     TRANSITION_CALLBACK_ERROR: ClassVar[uint8] = 99
-    """The transition callback encountered an error that requires special cleanup, if
-    possible.
-    """
 
     id: uint8 = 0
-    """Fields
-
-    The transition id from above definitions.
-    """
     label: str = ""
-    """A text label of the transition."""
 
 
 class TransitionDescription(Message, package="lifecycle_msgs"):
     """The message `lifecycle_msgs/msg/TransitionDescription`."""
 
     transition: Transition = Transition()
-    """The transition id and label of this description."""
     start_state: State = State()
-    """The current state from which this transition transitions."""
     goal_state: State = State()
-    """The desired target state of this transition."""
 
 
 class TransitionEvent(Message, package="lifecycle_msgs"):
     """The message `lifecycle_msgs/msg/TransitionEvent`."""
 
     timestamp: uint64 = 0
-    """The time point at which this event occurred."""
     transition: Transition = Transition()
-    """The id and label of this transition event."""
     start_state: State = State()
-    """The starting state from which this event transitioned."""
     goal_state: State = State()
-    """The end state of this transition event."""
 
 
 class ChangeState(ServiceType, package="lifecycle_msgs"):
     """The service `lifecycle_msgs/srv/ChangeState`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `ChangeState`."""
 
         transition: Transition = Transition()
-        """The requested transition.
-
-        This change state service will fail if the transition is not possible.
-        """
 
     class Response(Message):
-        """The response."""
+        """The response of `ChangeState`."""
 
         success: bool = False
-        """Indicates whether the service was able to initiate the state transition"""
 
 
 class GetAvailableStates(ServiceType, package="lifecycle_msgs"):
     """The service `lifecycle_msgs/srv/GetAvailableStates`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `GetAvailableStates`."""
 
     class Response(Message):
-        """The response."""
+        """The response of `GetAvailableStates`."""
 
         available_states: Sequence[State] = ()
-        """Array of possible states that can be transitioned to."""
 
 
 class GetAvailableTransitions(ServiceType, package="lifecycle_msgs"):
     """The service `lifecycle_msgs/srv/GetAvailableTransitions`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `GetAvailableTransitions`."""
 
     class Response(Message):
-        """The response."""
+        """The response of `GetAvailableTransitions`."""
 
         available_transitions: Sequence[TransitionDescription] = ()
-        """An array of the possible start_state-goal_state transitions"""
 
 
 class GetState(ServiceType, package="lifecycle_msgs"):
     """The service `lifecycle_msgs/srv/GetState`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `GetState`."""
 
     class Response(Message):
-        """The response."""
+        """The response of `GetState`."""
 
         current_state: State = State()
-        """The current state-machine state of the node."""

@@ -12,10 +12,6 @@ __all__ = ["UUID"]
 
 
 class UUID(Message, package="unique_identifier_msgs"):
-    """A universally unique identifier (UUID).
-
-    http://en.wikipedia.org/wiki/Universally_unique_identifier
-    http://tools.ietf.org/html/rfc4122.html
-    """
+    """The message `unique_identifier_msgs/msg/UUID`."""
 
     uuid: Annotated[UInt8Array, Length(16)] = zeros(16)

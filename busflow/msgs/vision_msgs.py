@@ -46,35 +46,24 @@ __all__ = [
 
 
 class Point2D(Message, package="vision_msgs"):
-    """Represents a 2D point in pixel coordinates.
-    XY matches the sensor_msgs/Image convention: X is positive right and Y is positive down.
-    """
+    """The message `vision_msgs/msg/Point2D`."""
 
     x: float64 = 0.0
     y: float64 = 0.0
 
 
 class Pose2D(Message, package="vision_msgs"):
-    """Represents a 2D pose (coordinates and a radian rotation). Rotation is positive counterclockwise."""
+    """The message `vision_msgs/msg/Pose2D`."""
 
     position: Point2D = Point2D()
     theta: float64 = 0.0
 
 
 class BoundingBox2D(Message, package="vision_msgs"):
-    """A 2D bounding box that can be rotated about its center.
-    All dimensions are in pixels, but represented using floating-point
-      values to allow sub-pixel precision. If an exact pixel crop is required
-      for a rotated bounding box, it can be calculated using Bresenham's line
-      algorithm.
-    """
+    """The message `vision_msgs/msg/BoundingBox2D`."""
 
     center: Pose2D = Pose2D()
-    """The 2D position (in pixels) and orientation of the bounding box center."""
     size_x: float64 = 0.0
-    """The total size (in pixels) of the bounding box surrounding the object relative
-    to the pose of its center.
-    """
     size_y: float64 = 0.0
 
 
@@ -86,17 +75,10 @@ class BoundingBox2DArray(Message, package="vision_msgs"):
 
 
 class BoundingBox3D(Message, package="vision_msgs"):
-    """A 3D bounding box that can be positioned and rotated about its center (6 DOF)
-    Dimensions of this box are in meters, and as such, it may be migrated to
-      another package, such as geometry_msgs, in the future.
-    """
+    """The message `vision_msgs/msg/BoundingBox3D`."""
 
     center: Pose = Pose()
-    """The 3D position and orientation of the bounding box center"""
     size: Vector3 = Vector3()
-    """The total size of the bounding box, in meters, surrounding the object's center
-    pose.
-    """
 
 
 class BoundingBox3DArray(Message, package="vision_msgs"):
@@ -107,217 +89,77 @@ class BoundingBox3DArray(Message, package="vision_msgs"):
 
 
 class ObjectHypothesis(Message, package="vision_msgs"):
-    """An object hypothesis that contains no pose information.
-    If you would like to define an array of ObjectHypothesis messages,
-      please see the Classification message type.
-    """
+    """The message `vision_msgs/msg/ObjectHypothesis`."""
 
     class_id: str = ""
-    """The unique ID of the object class. To get additional information about
-    this ID, such as its human-readable class name, listeners should perform a
-    lookup in a metadata database. See vision_msgs/VisionInfo.msg for more detail.
-    """
     score: float64 = 0.0
-    """The probability or confidence value of the detected object. By convention,
-    this value should lie in the range [0-1].
-    """
 
 
 class Classification(Message, package="vision_msgs"):
-    """Defines a classification result.
-
-    This result does not contain any position information. It is designed for
-      classifiers, which simply provide class probabilities given an instance of
-      source data (e.g., an image or a point cloud).
-
-    Source data that generated this classification are not a part of the message.
-    If you need to access them, use an exact or approximate time synchronizer in
-    your code, as this message's header should match the header of the source
-    data.
-    """
+    """The message `vision_msgs/msg/Classification`."""
 
     header: Header = Header()
     results: Sequence[ObjectHypothesis] = ()
-    """A list of class probabilities. This list need not provide a probability for
-    every possible class, just ones that are nonzero, or above some
-    user-defined threshold.
-    """
 
 
 class ObjectHypothesisWithPose(Message, package="vision_msgs"):
-    """An object hypothesis that contains pose information.
-    If you would like to define an array of ObjectHypothesisWithPose messages,
-      please see the Detection2D or Detection3D message types.
-    """
+    """The message `vision_msgs/msg/ObjectHypothesisWithPose`."""
 
     hypothesis: ObjectHypothesis = ObjectHypothesis()
-    """The object hypothesis (ID and score)."""
     pose: PoseWithCovariance = PoseWithCovariance()
-    """The 6D pose of the object hypothesis. This pose should be
-      defined as the pose of some fixed reference point on the object, such as
-      the geometric center of the bounding box, the center of mass of the
-      object or the origin of a reference mesh of the object.
-    Note that this pose is not stamped; frame information can be defined by
-      parent messages.
-    Also note that different classes predicted for the same input data may have
-      different predicted 6D poses.
-    """
 
 
 class Detection2D(Message, package="vision_msgs"):
-    """Defines a 2D detection result.
-
-    This is similar to a 2D classification, but includes position information,
-      allowing a classification result for a specific crop or image point to
-      to be located in the larger image.
-
-    Source data that generated this detection are not a part of the message.
-    If you need to access them, use an exact or approximate time synchronizer in
-    your code, as this message's header should match the header of the source
-    data.
-    """
+    """The message `vision_msgs/msg/Detection2D`."""
 
     header: Header = Header()
     results: Sequence[ObjectHypothesisWithPose] = ()
-    """Class probabilities"""
     bbox: BoundingBox2D = BoundingBox2D()
-    """2D bounding box surrounding the object."""
     id: str = ""
-    """ID used for consistency across multiple detection messages. Detections
-    of the same object in different detection messages should have the same id.
-    This field may be empty.
-    """
 
 
 class Detection2DArray(Message, package="vision_msgs"):
-    """A list of 2D detections, for a multi-object 2D detector."""
+    """The message `vision_msgs/msg/Detection2DArray`."""
 
     header: Header = Header()
     detections: Sequence[Detection2D] = ()
-    """A list of the detected proposals. A multi-proposal detector might generate
-    this list with many candidate detections generated from a single input.
-    """
 
 
 class Detection3D(Message, package="vision_msgs"):
-    """Defines a 3D detection result.
-
-    This extends a basic 3D classification by including the pose of the
-    detected object.
-
-    Source data that generated this classification are not a part of the message.
-    If you need to access them, use an exact or approximate time synchronizer in
-    your code, as this message's header should match the header of the source
-    data.
-    """
+    """The message `vision_msgs/msg/Detection3D`."""
 
     header: Header = Header()
     results: Sequence[ObjectHypothesisWithPose] = ()
-    """Class probabilities. Does not have to include hypotheses for all possible
-    object ids, the scores for any ids not listed are assumed to be 0.
-    """
     bbox: BoundingBox3D = BoundingBox3D()
-    """3D bounding box surrounding the object."""
     id: str = ""
-    """ID used for consistency across multiple detection messages. Detections
-    of the same object in different detection messages should have the same id.
-    This field may be empty.
-    """
 
 
 class Detection3DArray(Message, package="vision_msgs"):
-    """A list of 3D detections, for a multi-object 3D detector."""
+    """The message `vision_msgs/msg/Detection3DArray`."""
 
     header: Header = Header()
     detections: Sequence[Detection3D] = ()
-    """A list of the detected proposals. A multi-proposal detector might generate
-    this list with many candidate detections generated from a single input.
-    """
 
 
 class VisionClass(Message, package="vision_msgs"):
-    """A key value pair that maps an integer class_id to a string class label
-    in computer vision systems.
-    """
+    """The message `vision_msgs/msg/VisionClass`."""
 
     class_id: uint16 = 0
-    """The int value that identifies the class.
-    Elements identified with 65535, the maximum uint16 value are assumed
-      to belong to the "UNLABELED" class. For vision pipelines using less
-      than 255 classes the "UNLABELED" is the maximum value in the uint8
-      range.
-    """
     class_name: str = ""
-    """The name of the class represented by the class_id"""
 
 
 class LabelInfo(Message, package="vision_msgs"):
-    """Provides meta-information about a visual pipeline.
-
-    This message serves a similar purpose to sensor_msgs/CameraInfo, but instead
-      of being tied to hardware, it represents information about a specific
-      computer vision pipeline. This information stays constant (or relatively
-      constant) over time, and so it is wasteful to send it with each individual
-      result. By listening to these messages, subscribers will receive
-      the context in which published vision messages are to be interpreted.
-    Each vision pipeline should publish its LabelInfo messages to its own topic,
-      in a manner similar to CameraInfo.
-    This message is meant to allow converting data from vision pipelines that
-      return id based classifications back to human readable string class names.
-    """
+    """The message `vision_msgs/msg/LabelInfo`."""
 
     header: Header = Header()
-    """Used for sequencing"""
     class_map: Sequence[VisionClass] = ()
-    """An array of uint16 keys and string values containing the association
-    between class identifiers and their names. According to the amount
-    of classes and the datatype used to store their ids internally, the
-    maxiumum class id allowed (65535 for uint16 and 255 for uint8) belongs to
-    the "UNLABELED" class.
-    """
     threshold: float32 = 0.0
-    """The value between 0-1 used as confidence threshold for the inference."""
 
 
 class VisionInfo(Message, package="vision_msgs"):
-    """Provides meta-information about a visual pipeline.
-
-    This message serves a similar purpose to sensor_msgs/CameraInfo, but instead
-      of being tied to hardware, it represents information about a specific
-      computer vision pipeline. This information stays constant (or relatively
-      constant) over time, and so it is wasteful to send it with each individual
-      result. By listening to these messages, subscribers will receive
-      the context in which published vision messages are to be interpreted.
-    Each vision pipeline should publish its VisionInfo messages to its own topic,
-      in a manner similar to CameraInfo.
-    """
+    """The message `vision_msgs/msg/VisionInfo`."""
 
     header: Header = Header()
-    """Used for sequencing"""
     method: str = ""
-    """Name of the vision pipeline. This should be a value that is meaningful to an
-    outside user.
-    """
     database_location: str = ""
-    """Location where the metadata database is stored. The recommended location is
-      as an XML string on the ROS parameter server, but the exact implementation
-      and information is left up to the user.
-    The database should store information attached to class ids. Each
-      class id should map to an atomic, visually recognizable element. This
-      definition is intentionally vague to allow extreme flexibility. The
-      elements could be classes in a pixel segmentation algorithm, object classes
-      in a detector, different people's faces in a face detection algorithm, etc.
-      Vision pipelines report results in terms of numeric IDs, which map into
-      this  database.
-    The information stored in this database is, again, left up to the user. The
-      database could be as simple as a map from ID to class name, or it could
-      include information such as object meshes or colors to use for
-      visualization.
-    """
     database_version: int32 = 0
-    """Metadata database version. This counter is incremented
-    each time the pipeline begins using a new version of the database (useful
-    in the case of online training or user modifications).
-    The counter value can be monitored by listeners to ensure that the pipeline
-    and the listener are using the same metadata.
-    """

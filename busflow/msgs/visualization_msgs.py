@@ -55,118 +55,49 @@ class ImageMarker(Message, package="visualization_msgs"):
 
     header: Header = Header()
     ns: str = ""
-    """Namespace which is used with the id to form a unique id."""
     id: int32 = 0
-    """Unique id within the namespace."""
     type: int32 = 0
-    """One of the above types, e.g. CIRCLE, LINE_STRIP, etc."""
     action: int32 = 0
-    """Either ADD or REMOVE."""
     position: Point = Point()
-    """Two-dimensional coordinate position, in pixel-coordinates."""
     scale: float32 = 0.0
-    """The scale of the object, e.g. the diameter for a CIRCLE."""
     outline_color: ColorRGBA = ColorRGBA()
-    """The outline color of the marker."""
     filled: uint8 = 0
-    """Whether or not to fill in the shape with color."""
     fill_color: ColorRGBA = ColorRGBA()
-    """Fill color; in the range: [0.0-1.0]"""
     lifetime: Duration = Duration()
-    """How long the object should last before being automatically deleted.
-    0 indicates forever.
-    """
     points: Sequence[Point] = ()
-    """Coordinates in 2D in pixel coords. Used for LINE_STRIP, LINE_LIST, POINTS, etc."""
     outline_colors: Sequence[ColorRGBA] = ()
-    """The color for each line, point, etc. in the points field."""
 
 
 class MenuEntry(Message, package="visualization_msgs"):
-    """MenuEntry message.
-
-    Each InteractiveMarker message has an array of MenuEntry messages.
-    A collection of MenuEntries together describe a
-    menu/submenu/subsubmenu/etc tree, though they are stored in a flat
-    array.  The tree structure is represented by giving each menu entry
-    an ID number and a "parent_id" field.  Top-level entries are the
-    ones with parent_id = 0.  Menu entries are ordered within their
-    level the same way they are ordered in the containing array.  Parent
-    entries must appear before their children.
-
-    Example:
-    - id = 3
-      parent_id = 0
-      title = "fun"
-    - id = 2
-      parent_id = 0
-      title = "robot"
-    - id = 4
-      parent_id = 2
-      title = "pr2"
-    - id = 5
-      parent_id = 2
-      title = "turtle"
-
-    Gives a menu tree like this:
-     - fun
-     - robot
-       - pr2
-       - turtle
-    """
+    """The message `visualization_msgs/msg/MenuEntry`."""
 
     FEEDBACK: ClassVar[uint8] = 0
-    """Command_type stores the type of response desired when this menu
-    entry is clicked.
-    FEEDBACK: send an InteractiveMarkerFeedback message with menu_entry_id set to this entry's id.
-    ROSRUN: execute "rosrun" with arguments given in the command field (above).
-    ROSLAUNCH: execute "roslaunch" with arguments given in the command field (above).
-    """
     ROSRUN: ClassVar[uint8] = 1
     ROSLAUNCH: ClassVar[uint8] = 2
 
     id: uint32 = 0
-    """ID is a number for each menu entry.  Must be unique within the
-    control, and should never be 0.
-    """
     parent_id: uint32 = 0
-    """ID of the parent of this menu entry, if it is a submenu.  If this
-    menu entry is a top-level entry, set parent_id to 0.
-    """
     title: str = ""
-    """menu / entry title"""
     command: str = ""
-    """Arguments to command indicated by command_type (below)"""
     command_type: uint8 = 0
 
 
 class UVCoordinate(Message, package="visualization_msgs"):
-    """Location of the pixel as a ratio of the width of a 2D texture.
-    Values should be in range: [0.0-1.0].
-    """
+    """The message `visualization_msgs/msg/UVCoordinate`."""
 
     u: float32 = 0.0
     v: float32 = 0.0
 
 
 class MeshFile(Message, package="visualization_msgs"):
-    """Used to send raw mesh files."""
+    """The message `visualization_msgs/msg/MeshFile`."""
 
     filename: str = ""
-    """The filename is used for both debug purposes and to provide a file extension
-    for whatever parser is used.
-    """
     data: UInt8Array = zeros()
-    """This stores the raw text of the mesh file."""
 
 
 class Marker(Message, package="visualization_msgs"):
-    """See:
-     - http://www.ros.org/wiki/rviz/DisplayTypes/Marker
-     - http://www.ros.org/wiki/rviz/Tutorials/Markers%3A%20Basic%20Shapes
-
-    for more information on using this message with rviz.
-    """
+    """The message `visualization_msgs/msg/Marker`."""
 
     ARROW: ClassVar[int32] = 0
     CUBE: ClassVar[int32] = 1
@@ -187,88 +118,33 @@ class Marker(Message, package="visualization_msgs"):
     DELETEALL: ClassVar[int32] = 3
 
     header: Header = Header()
-    """Header for timestamp and frame id."""
     ns: str = ""
-    """Namespace in which to place the object.
-    Used in conjunction with id to create a unique name for the object.
-    """
     id: int32 = 0
-    """Object ID used in conjunction with the namespace for manipulating and deleting the object later."""
     type: int32 = 0
-    """Type of object."""
     action: int32 = 0
-    """Action to take; one of:
-     - 0 add/modify an object
-     - 1 (deprecated)
-     - 2 deletes an object (with the given ns and id)
-     - 3 deletes all objects (or those with the given ns if any)
-    """
     pose: Pose = Pose()
-    """Pose of the object with respect the frame_id specified in the header."""
     scale: Vector3 = Vector3()
-    """Scale of the object; 1,1,1 means default (usually 1 meter square)."""
     color: ColorRGBA = ColorRGBA()
-    """Color of the object; in the range: [0.0-1.0]"""
     lifetime: Duration = Duration()
-    """How long the object should last before being automatically deleted.
-    0 indicates forever.
-    """
     frame_locked: bool = False
-    """If this marker should be frame-locked, i.e. retransformed into its frame every timestep."""
     points: Sequence[Point] = ()
-    """Only used if the type specified has some use for them (eg. POINTS, LINE_STRIP, ARROW_STRIP, etc.)"""
     colors: Sequence[ColorRGBA] = ()
-    """Only used if the type specified has some use for them (eg. POINTS, LINE_STRIP, etc.)
-    The number of colors provided must either be 0 or equal to the number of points provided.
-    NOTE: alpha is not yet used
-    """
     texture_resource: str = ""
-    """Texture resource is a special URI that can either reference a texture file in
-    a format acceptable to (resource retriever)[https://docs.ros.org/en/rolling/p/resource_retriever/]
-    or an embedded texture via a string matching the format:
-      "embedded://texture_name"
-    """
     texture: CompressedImage = CompressedImage()
-    """An image to be loaded into the rendering engine as the texture for this marker.
-    This will be used iff texture_resource is set to embedded.
-    """
     uv_coordinates: Sequence[UVCoordinate] = ()
-    """Location of each vertex within the texture; in the range: [0.0-1.0]"""
     text: str = ""
-    """Only used for text markers"""
     mesh_resource: str = ""
-    """Only used for MESH_RESOURCE markers.
-    Similar to texture_resource, mesh_resource uses resource retriever to load a mesh.
-    Optionally, a mesh file can be sent in-message via the mesh_file field. If doing so,
-    use the following format for mesh_resource:
-      "embedded://mesh_name"
-    """
     mesh_file: MeshFile = MeshFile()
     mesh_use_embedded_materials: bool = False
 
 
 class InteractiveMarkerControl(Message, package="visualization_msgs"):
-    """Represents a control that is to be displayed together with an interactive marker"""
+    """The message `visualization_msgs/msg/InteractiveMarkerControl`."""
 
     INHERIT: ClassVar[uint8] = 0
-    """Orientation mode: controls how orientation changes.
-    INHERIT: Follow orientation of interactive marker
-    FIXED: Keep orientation fixed at initial state
-    VIEW_FACING: Align y-z plane with screen (x: forward, y:left, z:up).
-    """
     FIXED: ClassVar[uint8] = 1
     VIEW_FACING: ClassVar[uint8] = 2
     NONE: ClassVar[uint8] = 0
-    """Interaction mode for this control
-
-    NONE: This control is only meant for visualization; no context menu.
-    MENU: Like NONE, but right-click menu is active.
-    BUTTON: Element can be left-clicked.
-    MOVE_AXIS: Translate along local x-axis.
-    MOVE_PLANE: Translate in local y-z plane.
-    ROTATE_AXIS: Rotate around local x-axis.
-    MOVE_ROTATE: Combines MOVE_PLANE and ROTATE_AXIS.
-    """
     MENU: ClassVar[uint8] = 1
     BUTTON: ClassVar[uint8] = 2
     MOVE_AXIS: ClassVar[uint8] = 3
@@ -276,89 +152,35 @@ class InteractiveMarkerControl(Message, package="visualization_msgs"):
     ROTATE_AXIS: ClassVar[uint8] = 5
     MOVE_ROTATE: ClassVar[uint8] = 6
     MOVE_3D: ClassVar[uint8] = 7
-    """"3D" interaction modes work with the mouse+SHIFT+CTRL or with 3D cursors.
-    MOVE_3D: Translate freely in 3D space.
-    ROTATE_3D: Rotate freely in 3D space about the origin of parent frame.
-    MOVE_ROTATE_3D: Full 6-DOF freedom of translation and rotation about the cursor origin.
-    """
     ROTATE_3D: ClassVar[uint8] = 8
     MOVE_ROTATE_3D: ClassVar[uint8] = 9
 
     name: str = ""
-    """Identifying string for this control.
-    You need to assign a unique value to this to receive feedback from the GUI
-    on what actions the user performs on this control (e.g. a button click).
-    """
     orientation: Quaternion = Quaternion()
-    """Defines the local coordinate frame (relative to the pose of the parent
-    interactive marker) in which is being rotated and translated.
-    Default: Identity
-    """
     orientation_mode: uint8 = 0
     interaction_mode: uint8 = 0
     always_visible: bool = False
-    """If true, the contained markers will also be visible
-    when the gui is not in interactive mode.
-    """
     markers: Sequence[Marker] = ()
-    """Markers to be displayed as custom visual representation.
-    Leave this empty to use the default control handles.
-
-    Note:
-    - The markers can be defined in an arbitrary coordinate frame,
-      but will be transformed into the local frame of the interactive marker.
-    - If the header of a marker is empty, its pose will be interpreted as
-      relative to the pose of the parent interactive marker.
-    """
     independent_marker_orientation: bool = False
-    """In VIEW_FACING mode, set this to true if you don't want the markers
-    to be aligned with the camera view point. The markers will show up
-    as in INHERIT mode.
-    """
     description: str = ""
-    """Short description (< 40 characters) of what this control does,
-    e.g. "Move the robot".
-    Default: A generic description based on the interaction mode
-    """
 
 
 class InteractiveMarker(Message, package="visualization_msgs"):
     """The message `visualization_msgs/msg/InteractiveMarker`."""
 
     header: Header = Header()
-    """Time/frame info.
-    If header.time is set to 0, the marker will be retransformed into
-    its frame on each timestep. You will receive the pose feedback
-    in the same frame.
-    Otherwise, you might receive feedback in a different frame.
-    For rviz, this will be the current 'fixed frame' set by the user.
-    """
     pose: Pose = Pose()
-    """Initial pose. Also, defines the pivot point for rotations."""
     name: str = ""
-    """Identifying string. Must be globally unique in
-    the topic that this message is sent through.
-    """
     description: str = ""
-    """Short description (< 40 characters)."""
     scale: float32 = 0.0
-    """Scale to be used for default controls (default=1)."""
     menu_entries: Sequence[MenuEntry] = ()
-    """All menu and submenu entries associated with this marker."""
     controls: Sequence[InteractiveMarkerControl] = ()
-    """List of controls displayed for this marker."""
 
 
 class InteractiveMarkerFeedback(Message, package="visualization_msgs"):
     """The message `visualization_msgs/msg/InteractiveMarkerFeedback`."""
 
     KEEP_ALIVE: ClassVar[uint8] = 0
-    """Type of the event
-    KEEP_ALIVE: sent while dragging to keep up control of the marker
-    MENU_SELECT: a menu entry has been selected
-    BUTTON_CLICK: a button control has been clicked
-    POSE_UPDATE: the pose has been changed using one of the controls
-    """
     POSE_UPDATE: ClassVar[uint8] = 1
     MENU_SELECT: ClassVar[uint8] = 2
     BUTTON_CLICK: ClassVar[uint8] = 3
@@ -366,31 +188,13 @@ class InteractiveMarkerFeedback(Message, package="visualization_msgs"):
     MOUSE_UP: ClassVar[uint8] = 5
 
     header: Header = Header()
-    """Time/frame info."""
     client_id: str = ""
-    """Identifying string. Must be unique in the topic namespace."""
     marker_name: str = ""
-    """Feedback message sent back from the GUI, e.g.
-    when the status of an interactive marker was modified by the user.
-
-    Specifies which interactive marker and control this message refers to
-    """
     control_name: str = ""
     event_type: uint8 = 0
     pose: Pose = Pose()
-    """Current pose of the marker
-    Note: Has to be valid for all feedback types.
-    """
     menu_entry_id: uint32 = 0
-    """Contains the ID of the selected menu entry
-    Only valid for MENU_SELECT events.
-    """
     mouse_point: Point = Point()
-    """If event_type is BUTTON_CLICK, MOUSE_DOWN, or MOUSE_UP, mouse_point
-    may contain the 3 dimensional position of the event on the
-    control.  If it does, mouse_point_valid will be true.  mouse_point
-    will be relative to the frame listed in the header.
-    """
     mouse_point_valid: bool = False
 
 
@@ -398,67 +202,30 @@ class InteractiveMarkerInit(Message, package="visualization_msgs"):
     """The message `visualization_msgs/msg/InteractiveMarkerInit`."""
 
     server_id: str = ""
-    """Identifying string. Must be unique in the topic namespace
-    that this server works on.
-    """
     seq_num: uint64 = 0
-    """Sequence number.
-    The client will use this to detect if it has missed a subsequent
-    update.  Every update message will have the same sequence number as
-    an init message.  Clients will likely want to unsubscribe from the
-    init topic after a successful initialization to avoid receiving
-    duplicate data.
-    """
     markers: Sequence[InteractiveMarker] = ()
-    """All markers."""
 
 
 class InteractiveMarkerPose(Message, package="visualization_msgs"):
     """The message `visualization_msgs/msg/InteractiveMarkerPose`."""
 
     header: Header = Header()
-    """Time/frame info."""
     pose: Pose = Pose()
-    """Initial pose. Also, defines the pivot point for rotations."""
     name: str = ""
-    """Identifying string. Must be globally unique in
-    the topic that this message is sent through.
-    """
 
 
 class InteractiveMarkerUpdate(Message, package="visualization_msgs"):
     """The message `visualization_msgs/msg/InteractiveMarkerUpdate`."""
 
     KEEP_ALIVE: ClassVar[uint8] = 0
-    """Type holds the purpose of this message.  It must be one of UPDATE or KEEP_ALIVE.
-    UPDATE: Incremental update to previous state.
-            The sequence number must be 1 higher than for
-            the previous update.
-    KEEP_ALIVE: Indicates the that the server is still living.
-                The sequence number does not increase.
-                No payload data should be filled out (markers, poses, or erases).
-    """
     UPDATE: ClassVar[uint8] = 1
 
     server_id: str = ""
-    """Identifying string. Must be unique in the topic namespace
-    that this server works on.
-    """
     seq_num: uint64 = 0
-    """Sequence number.
-    The client will use this to detect if it has missed an update.
-    """
     type: uint8 = 0
     markers: Sequence[InteractiveMarker] = ()
-    """Note: No guarantees on the order of processing.
-          Contents must be kept consistent by sender.
-
-    Markers to be added or updated
-    """
     poses: Sequence[InteractiveMarkerPose] = ()
-    """Poses of markers that should be moved"""
     erases: Sequence[str] = ()
-    """Names of markers to be erased"""
 
 
 class MarkerArray(Message, package="visualization_msgs"):
@@ -471,16 +238,10 @@ class GetInteractiveMarkers(ServiceType, package="visualization_msgs"):
     """The service `visualization_msgs/srv/GetInteractiveMarkers`."""
 
     class Request(Message):
-        """The request."""
+        """The request of `GetInteractiveMarkers`."""
 
     class Response(Message):
-        """The response."""
+        """The response of `GetInteractiveMarkers`."""
 
         sequence_number: uint64 = 0
-        """Sequence number.
-        Set to the sequence number of the latest update message
-        at the time the server received the request.
-        Clients use this to detect if any updates were missed.
-        """
         markers: Sequence[InteractiveMarker] = ()
-        """All interactive markers provided by the server."""
