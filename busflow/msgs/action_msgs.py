@@ -1,7 +1,7 @@
 """`action_msgs`: 3 messages, 1 service, from its definition files."""
 
 # busflow interface generate action_msgs --to busflow/msgs
-# wrote this from action_msgs 2.2.0 (Apache License 2.0). Change its files instead, and run that again:
+# wrote this from action_msgs 2.2.0 (Apache License 2.0). The comments of its files are left out. The files:
 #   msg/GoalInfo.msg         RIHS01_6398fe763154554353930716b225947f93b672f0fb2e49fdd01bb7a7e37933e9
 #   msg/GoalStatus.msg       RIHS01_32f4cfd717735d17657e1178f24431c1ce996c878c515230f6c5b3476819dbb9
 #   msg/GoalStatusArray.msg  RIHS01_6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e

@@ -1,7 +1,7 @@
 """`control_msgs`: 38 messages, 3 services, 8 actions, from its definition files."""
 
 # busflow interface generate control_msgs --to busflow/msgs
-# wrote this from control_msgs 6.8.0 (BSD-3-Clause). Change its files instead, and run that again:
+# wrote this from control_msgs 6.8.0 (BSD-3-Clause). The comments of its files are left out. The files:
 #   msg/AdmittanceControllerState.msg             RIHS01_8a23c54184ba101c9a733a0a882001edae478c8c3ea37132f9aae1d82fad0b73
 #   msg/BatteryStateArray.msg                     RIHS01_51ce72fa9e20d9bf19438c68725f360ba3daa51d8cd2b17fdf630c1aa8c4a3ce
 #   msg/CANopenState.msg                          RIHS01_9a99909feb08be78066dc0922dad6d98e4e156883bca5bfac6f69d7cfa0d8c59

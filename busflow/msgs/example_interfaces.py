@@ -1,7 +1,7 @@
 """`example_interfaces`: 29 messages, 3 services, 1 action, from its definition files."""
 
 # busflow interface generate example_interfaces --to busflow/msgs
-# wrote this from example_interfaces 0.13.0 (Apache License 2.0). Change its files instead, and run that again:
+# wrote this from example_interfaces 0.13.0 (Apache License 2.0). The comments of its files are left out. The files:
 #   msg/Bool.msg                 RIHS01_4765c142500f8fd4e1a32fb3edd7b7d9d822a16ec270445f5120e772c5f9aed5
 #   msg/Byte.msg                 RIHS01_f014e0424be54b8ba7c35490aea4198be92df1de4e88f4e19a2fbbce2e020bb9
 #   msg/ByteMultiArray.msg       RIHS01_257fc3429b3c4dd0aea678c234f543665d1144b396f82c7ee60fed151e1dace3

@@ -1,7 +1,7 @@
 """`lifecycle_msgs`: 4 messages, 4 services, from its definition files."""
 
 # busflow interface generate lifecycle_msgs --to busflow/msgs
-# wrote this from lifecycle_msgs 2.2.0 (Apache License 2.0). Change its files instead, and run that again:
+# wrote this from lifecycle_msgs 2.2.0 (Apache License 2.0). The comments of its files are left out. The files:
 #   msg/State.msg                    RIHS01_dd2d02b82f3ebc858e53c431b1e6e91f3ffc71436fc81d0715214ac6ee2107a0
 #   msg/Transition.msg               RIHS01_c65d7b31ea134cba4f54fc867b817979be799f7452035cd35fac9b7421fb3424
 #   msg/TransitionDescription.msg    RIHS01_c5f1cd4bb1ad2ba0e3329d4ac7015c52a674a72c1faf7974c37a33f4f6048b28

@@ -1,7 +1,7 @@
 """`shape_msgs`: 4 messages, from its definition files."""
 
 # busflow interface generate shape_msgs --to busflow/msgs
-# wrote this from shape_msgs 5.4.2 (Apache License 2.0). Change its files instead, and run that again:
+# wrote this from shape_msgs 5.4.2 (Apache License 2.0). The comments of its files are left out. The files:
 #   msg/Mesh.msg            RIHS01_f2150b82d8ee7e8bc3f396a2b158aefb4b9a5510a474be271ba1268aebb55289
 #   msg/MeshTriangle.msg    RIHS01_618e5c073eeb729e433ef6226e72c01d995c459fb7d76348c9700409a5020bd0
 #   msg/Plane.msg           RIHS01_dfbfe8314689c850615d4a727af017e9aa86c10e369a606c8c851ef8f16c58c8

@@ -1,7 +1,7 @@
 """`stereo_msgs`: 1 message, from its definition files."""
 
 # busflow interface generate stereo_msgs --to busflow/msgs
-# wrote this from stereo_msgs 5.4.2 (Apache License 2.0). Change its files instead, and run that again:
+# wrote this from stereo_msgs 5.4.2 (Apache License 2.0). The comments of its files are left out. The files:
 #   msg/DisparityImage.msg  RIHS01_1ec1ff6b5bace919e4544a37f2d96ead9f81783701b7b7a4d97a09325ecf2711
 
 from busflow.interfaces.message import Message, float32

@@ -1,7 +1,7 @@
 """`unique_identifier_msgs`: 1 message, from its definition files."""
 
 # busflow interface generate unique_identifier_msgs --to busflow/msgs
-# wrote this from unique_identifier_msgs 2.7.0 (BSD). Change its files instead, and run that again:
+# wrote this from unique_identifier_msgs 2.7.0 (BSD). The comments of its files are left out. The files:
 #   msg/UUID.msg  RIHS01_1b8e8aca958cbea28fe6ef60bf6c19b683c97a9ef60bb34752067d0f2f7ab437
 
 from typing import Annotated

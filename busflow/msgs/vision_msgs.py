@@ -1,7 +1,7 @@
 """`vision_msgs`: 16 messages, from its definition files."""
 
 # busflow interface generate vision_msgs --to busflow/msgs
-# wrote this from vision_msgs 4.1.1 (Apache License 2.0). Change its files instead, and run that again:
+# wrote this from vision_msgs 4.1.1 (Apache License 2.0). The comments of its files are left out. The files:
 #   msg/BoundingBox2D.msg             RIHS01_008eacbb0cf8f26e83795547bed013eec3675485ef386ec056d80eaaf1c1ce2f
 #   msg/BoundingBox2DArray.msg        RIHS01_2464e82838009386d371b523211c21c91d74d313fcdd6788223c531d621cf691
 #   msg/BoundingBox3D.msg             RIHS01_bbb73a65c163d7f9bb29009c7bde9f7faa576bd2d23299c4511d19230dab4698

@@ -1,7 +1,7 @@
 """`visualization_msgs`: 12 messages, 1 service, from its definition files."""
 
 # busflow interface generate visualization_msgs --to busflow/msgs
-# wrote this from visualization_msgs 5.4.2 (Apache License 2.0). Change its files instead, and run that again:
+# wrote this from visualization_msgs 5.4.2 (Apache License 2.0). The comments of its files are left out. The files:
 #   msg/ImageMarker.msg                RIHS01_603152491ef2331c200a5305230d31f6e8704875944b388da0f547c415d11836
 #   msg/InteractiveMarker.msg          RIHS01_3d5b51448b51d73b0f395b94d259edd3a5d269ae9f7d9fd5cceb9ae4b72be346
 #   msg/InteractiveMarkerControl.msg   RIHS01_60e2fa36344f5f4791b24a809542a18bffd555f563550d4b22b3bbfc31ec0ed5
