@@ -101,6 +101,10 @@ class ResultServer(Server[Any, Any]):
     """The server of `get_result`: it answers each request when its goal has ended, in any order."""
 
     __slots__ = ("_goals", "_line")
+    received: int
+    served: int
+    withdrawn: int
+    lost: int
 
     def __init__(
         self, service_type: type[ServiceType], endpoint: ServiceEndpoint, goals: Goals, line: OpenGoals

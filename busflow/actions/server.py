@@ -77,7 +77,7 @@ class ActionServer(Generic[A]):
     ) -> None:
         """Create a server; its endpoints are created after it, with its methods as handlers, and set."""
         self.ends: ServerEnds
-        self.line = OpenGoals(options.when_busy, options.at_most)
+        self.line: OpenGoals = OpenGoals(options.when_busy, options.at_most)
         """The goals that have not ended."""
         self._type, self._types, self._options = action_type, types, options
         self._handler, self._accepts = handler, accepts

@@ -36,7 +36,10 @@ class UnreadableType(Exception):
 
     def __init__(self, reason: str, start: int, end: int, fix: str | None = None) -> None:
         super().__init__(reason)
-        self.reason, self.start, self.end, self.fix = reason, start, end, fix
+        self.reason: str = reason
+        self.start: int = start
+        self.end: int = end
+        self.fix: str | None = fix
 
 
 def read_type(text: str, package: str, *, lenient: bool = False) -> Field:

@@ -30,7 +30,9 @@ class Edge:
 
     def __init__(self, parent: str, child: str, fixed: Rigid | None = None) -> None:
         """Create an edge; with `fixed` it has this transform at all times."""
-        self.parent, self.child, self.fixed = parent, child, fixed
+        self.parent: str = parent
+        self.child: str = child
+        self.fixed: Rigid | None = fixed
         self.stamps: list[int] = []
         """Stamps in ns, ascending; those before `_first` are given up and cleared now and then."""
         self.rigids: list[Rigid] = []

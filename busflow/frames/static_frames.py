@@ -60,13 +60,13 @@ class StaticFrames(Node):
     """Publishes frames that never move on `/tf_static`, as `frames:` of a launch file states them."""
 
     parameters: StaticFramesParameters
-    fixed = publisher(TFMessage, "/tf_static", qos=QoS(depth=1, durability=Durability.TRANSIENT_LOCAL))
+    _fixed = publisher(TFMessage, "/tf_static", qos=QoS(depth=1, durability=Durability.TRANSIENT_LOCAL))
 
     async def start(self) -> None:
         """Publish the frames, once: `/tf_static` keeps them for whatever comes later."""
         stamp, stated = self.clock.now().to_msg(), self.parameters.frames.items()
         edges = (_message(parent, child, frame, stamp) for parent, below in stated for child, frame in below.items())
-        self.fixed.publish(TFMessage(transforms=tuple(edges)))
+        self._fixed.publish(TFMessage(transforms=tuple(edges)))
 
 
 def _message(parent: str, child: str, frame: FixedFrame, stamp: TimeMsg) -> TransformStamped:

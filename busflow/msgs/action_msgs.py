@@ -49,12 +49,12 @@ class CancelGoal(ServiceType, package="action_msgs"):
     """The service `action_msgs/srv/CancelGoal`."""
 
     class Request(Message):
-        """The request of `CancelGoal`."""
+        """The request."""
 
         goal_info: GoalInfo = GoalInfo()
 
     class Response(Message):
-        """The response of `CancelGoal`."""
+        """The response."""
 
         ERROR_NONE: ClassVar[int8] = 0
         ERROR_REJECTED: ClassVar[int8] = 1

@@ -596,10 +596,10 @@ class QueryCalibrationState(ServiceType, package="control_msgs"):
     """The service `control_msgs/srv/QueryCalibrationState`."""
 
     class Request(Message):
-        """The request of `QueryCalibrationState`."""
+        """The request."""
 
     class Response(Message):
-        """The response of `QueryCalibrationState`."""
+        """The response."""
 
         is_calibrated: bool = False
 
@@ -608,12 +608,12 @@ class QueryTrajectoryState(ServiceType, package="control_msgs"):
     """The service `control_msgs/srv/QueryTrajectoryState`."""
 
     class Request(Message):
-        """The request of `QueryTrajectoryState`."""
+        """The request."""
 
         time: Time = Time()
 
     class Response(Message):
-        """The response of `QueryTrajectoryState`."""
+        """The response."""
 
         success: bool = False
         message: str = ""
@@ -627,7 +627,7 @@ class SetOdometry(ServiceType, package="control_msgs"):
     """The service `control_msgs/srv/SetOdometry`."""
 
     class Request(Message):
-        """The request of `SetOdometry`."""
+        """The request."""
 
         x: float64 = 0.0
         y: float64 = 0.0
@@ -637,7 +637,7 @@ class SetOdometry(ServiceType, package="control_msgs"):
         yaw: float64 = 0.0
 
     class Response(Message):
-        """The response of `SetOdometry`."""
+        """The response."""
 
         success: bool = False
         message: str = ""
@@ -647,12 +647,12 @@ class ExecuteMotionPrimitiveSequence(ActionType, package="control_msgs"):
     """The action `control_msgs/action/ExecuteMotionPrimitiveSequence`."""
 
     class Goal(Message):
-        """The goal of `ExecuteMotionPrimitiveSequence`."""
+        """The goal."""
 
         trajectory: MotionPrimitiveSequence = MotionPrimitiveSequence()
 
     class Result(Message):
-        """The result of `ExecuteMotionPrimitiveSequence`."""
+        """The result."""
 
         SUCCESSFUL: ClassVar[int32] = 0
         INVALID_GOAL: ClassVar[int32] = -1
@@ -662,7 +662,7 @@ class ExecuteMotionPrimitiveSequence(ActionType, package="control_msgs"):
         error_string: str = ""
 
     class Feedback(Message):
-        """The feedback of `ExecuteMotionPrimitiveSequence`."""
+        """The feedback."""
 
         current_primitive_index: uint8 = 0
 
@@ -671,7 +671,7 @@ class FollowJointTrajectory(ActionType, package="control_msgs"):
     """The action `control_msgs/action/FollowJointTrajectory`."""
 
     class Goal(Message):
-        """The goal of `FollowJointTrajectory`."""
+        """The goal."""
 
         trajectory: trajectory_msgs.JointTrajectory = trajectory_msgs.JointTrajectory()
         multi_dof_trajectory: MultiDOFJointTrajectory = MultiDOFJointTrajectory()
@@ -682,7 +682,7 @@ class FollowJointTrajectory(ActionType, package="control_msgs"):
         goal_time_tolerance: Duration = Duration()
 
     class Result(Message):
-        """The result of `FollowJointTrajectory`."""
+        """The result."""
 
         SUCCESSFUL: ClassVar[int32] = 0
         INVALID_GOAL: ClassVar[int32] = -1
@@ -695,7 +695,7 @@ class FollowJointTrajectory(ActionType, package="control_msgs"):
         error_string: str = ""
 
     class Feedback(Message):
-        """The feedback of `FollowJointTrajectory`."""
+        """The feedback."""
 
         header: Header = Header()
         joint_names: Sequence[str] = ()
@@ -714,7 +714,7 @@ class FollowJointWrenchTrajectory(ActionType, package="control_msgs"):
     """The action `control_msgs/action/FollowJointWrenchTrajectory`."""
 
     class Goal(Message):
-        """The goal of `FollowJointWrenchTrajectory`."""
+        """The goal."""
 
         trajectory: JointWrenchTrajectory = JointWrenchTrajectory()
         path_tolerance: Sequence[JointTolerance] = ()
@@ -722,7 +722,7 @@ class FollowJointWrenchTrajectory(ActionType, package="control_msgs"):
         goal_time_tolerance: Duration = Duration()
 
     class Result(Message):
-        """The result of `FollowJointWrenchTrajectory`."""
+        """The result."""
 
         SUCCESSFUL: ClassVar[int32] = 0
         INVALID_GOAL: ClassVar[int32] = -1
@@ -736,7 +736,7 @@ class FollowJointWrenchTrajectory(ActionType, package="control_msgs"):
         error_string: str = ""
 
     class Feedback(Message):
-        """The feedback of `FollowJointWrenchTrajectory`."""
+        """The feedback."""
 
         header: Header = Header()
         joint_names: Sequence[str] = ()
@@ -750,34 +750,34 @@ class JointTrajectory(ActionType, package="control_msgs"):
     """The action `control_msgs/action/JointTrajectory`."""
 
     class Goal(Message):
-        """The goal of `JointTrajectory`."""
+        """The goal."""
 
         trajectory: trajectory_msgs.JointTrajectory = trajectory_msgs.JointTrajectory()
 
     class Result(Message):
-        """The result of `JointTrajectory`."""
+        """The result."""
 
     class Feedback(Message):
-        """The feedback of `JointTrajectory`."""
+        """The feedback."""
 
 
 class ParallelGripperCommand(ActionType, package="control_msgs"):
     """The action `control_msgs/action/ParallelGripperCommand`."""
 
     class Goal(Message):
-        """The goal of `ParallelGripperCommand`."""
+        """The goal."""
 
         command: JointState = JointState()
 
     class Result(Message):
-        """The result of `ParallelGripperCommand`."""
+        """The result."""
 
         state: JointState = JointState()
         stalled: bool = False
         reached_goal: bool = False
 
     class Feedback(Message):
-        """The feedback of `ParallelGripperCommand`."""
+        """The feedback."""
 
         state: JointState = JointState()
 
@@ -786,7 +786,7 @@ class PointHead(ActionType, package="control_msgs"):
     """The action `control_msgs/action/PointHead`."""
 
     class Goal(Message):
-        """The goal of `PointHead`."""
+        """The goal."""
 
         target: PointStamped = PointStamped()
         pointing_axis: Vector3 = Vector3()
@@ -795,10 +795,10 @@ class PointHead(ActionType, package="control_msgs"):
         max_velocity: float64 = 0.0
 
     class Result(Message):
-        """The result of `PointHead`."""
+        """The result."""
 
     class Feedback(Message):
-        """The feedback of `PointHead`."""
+        """The feedback."""
 
         pointing_angle_error: float64 = 0.0
 
@@ -807,17 +807,17 @@ class SingleJointPosition(ActionType, package="control_msgs"):
     """The action `control_msgs/action/SingleJointPosition`."""
 
     class Goal(Message):
-        """The goal of `SingleJointPosition`."""
+        """The goal."""
 
         position: float64 = 0.0
         min_duration: Duration = Duration()
         max_velocity: float64 = 0.0
 
     class Result(Message):
-        """The result of `SingleJointPosition`."""
+        """The result."""
 
     class Feedback(Message):
-        """The feedback of `SingleJointPosition`."""
+        """The feedback."""
 
         header: Header = Header()
         position: float64 = 0.0
@@ -832,12 +832,12 @@ class action:
         """The grippercommand of `action`."""
 
         class Goal(Message):
-            """The goal of `GripperCommand`."""
+            """The goal."""
 
             command: GripperCommand = GripperCommand()
 
         class Result(Message):
-            """The result of `GripperCommand`."""
+            """The result."""
 
             position: float64 = 0.0
             effort: float64 = 0.0
@@ -845,7 +845,7 @@ class action:
             reached_goal: bool = False
 
         class Feedback(Message):
-            """The feedback of `GripperCommand`."""
+            """The feedback."""
 
             position: float64 = 0.0
             effort: float64 = 0.0

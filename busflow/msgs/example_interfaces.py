@@ -296,13 +296,13 @@ class AddTwoInts(ServiceType, package="example_interfaces"):
     """The service `example_interfaces/srv/AddTwoInts`."""
 
     class Request(Message):
-        """The request of `AddTwoInts`."""
+        """The request."""
 
         a: int64 = 0
         b: int64 = 0
 
     class Response(Message):
-        """The response of `AddTwoInts`."""
+        """The response."""
 
         sum: int64 = 0
 
@@ -311,12 +311,12 @@ class SetBool(ServiceType, package="example_interfaces"):
     """The service `example_interfaces/srv/SetBool`."""
 
     class Request(Message):
-        """The request of `SetBool`."""
+        """The request."""
 
         data: bool = False
 
     class Response(Message):
-        """The response of `SetBool`."""
+        """The response."""
 
         success: bool = False
         message: str = ""
@@ -326,10 +326,10 @@ class Trigger(ServiceType, package="example_interfaces"):
     """The service `example_interfaces/srv/Trigger`."""
 
     class Request(Message):
-        """The request of `Trigger`."""
+        """The request."""
 
     class Response(Message):
-        """The response of `Trigger`."""
+        """The response."""
 
         success: bool = False
         message: str = ""
@@ -339,16 +339,16 @@ class Fibonacci(ActionType, package="example_interfaces"):
     """The action `example_interfaces/action/Fibonacci`."""
 
     class Goal(Message):
-        """The goal of `Fibonacci`."""
+        """The goal."""
 
         order: int32 = 0
 
     class Result(Message):
-        """The result of `Fibonacci`."""
+        """The result."""
 
         sequence: Int32Array = zeros()
 
     class Feedback(Message):
-        """The feedback of `Fibonacci`."""
+        """The feedback."""
 
         sequence: Int32Array = zeros()

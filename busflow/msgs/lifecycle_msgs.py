@@ -106,12 +106,12 @@ class ChangeState(ServiceType, package="lifecycle_msgs"):
     """The service `lifecycle_msgs/srv/ChangeState`."""
 
     class Request(Message):
-        """The request of `ChangeState`."""
+        """The request."""
 
         transition: Transition = Transition()
 
     class Response(Message):
-        """The response of `ChangeState`."""
+        """The response."""
 
         success: bool = False
 
@@ -120,10 +120,10 @@ class GetAvailableStates(ServiceType, package="lifecycle_msgs"):
     """The service `lifecycle_msgs/srv/GetAvailableStates`."""
 
     class Request(Message):
-        """The request of `GetAvailableStates`."""
+        """The request."""
 
     class Response(Message):
-        """The response of `GetAvailableStates`."""
+        """The response."""
 
         available_states: Sequence[State] = ()
 
@@ -132,10 +132,10 @@ class GetAvailableTransitions(ServiceType, package="lifecycle_msgs"):
     """The service `lifecycle_msgs/srv/GetAvailableTransitions`."""
 
     class Request(Message):
-        """The request of `GetAvailableTransitions`."""
+        """The request."""
 
     class Response(Message):
-        """The response of `GetAvailableTransitions`."""
+        """The response."""
 
         available_transitions: Sequence[TransitionDescription] = ()
 
@@ -144,9 +144,9 @@ class GetState(ServiceType, package="lifecycle_msgs"):
     """The service `lifecycle_msgs/srv/GetState`."""
 
     class Request(Message):
-        """The request of `GetState`."""
+        """The request."""
 
     class Response(Message):
-        """The response of `GetState`."""
+        """The response."""
 
         current_state: State = State()

@@ -238,10 +238,10 @@ class GetInteractiveMarkers(ServiceType, package="visualization_msgs"):
     """The service `visualization_msgs/srv/GetInteractiveMarkers`."""
 
     class Request(Message):
-        """The request of `GetInteractiveMarkers`."""
+        """The request."""
 
     class Response(Message):
-        """The response of `GetInteractiveMarkers`."""
+        """The response."""
 
         sequence_number: uint64 = 0
         markers: Sequence[InteractiveMarker] = ()

@@ -87,8 +87,9 @@ def import_of(name: str) -> str | None:
     >>> import_of("timer"), import_of("Imu")
     ('from busflow import timer', 'from busflow.msgs.sensor_msgs import Imu')
     """
-    messages = importlib.import_module("busflow.msgs")
-    for module in ("busflow", *(f"busflow.msgs.{each.name}" for each in pkgutil.iter_modules(messages.__path__))):
+    packages = [each.name for each in pkgutil.iter_modules(importlib.import_module("busflow.msgs").__path__)]
+    packages.sort(key="example_interfaces".__eq__)  # last: it has the names of std_msgs as well
+    for module in ("busflow", *(f"busflow.msgs.{each}" for each in packages)):
         if name in importlib.import_module(module).__all__:
             return f"from {module} import {name}"
     return None

@@ -77,6 +77,8 @@ class MemberQueue(Queue[Any]):
 class Member(Subscription[Any]):
     """The subscription of one topic of a group."""
 
+    delivered: int
+
     def __init__(self, message_type: type[Message], endpoint: Endpoint, group: Serving, *, held: bool = False) -> None:
         """Create the subscription; of one that is held, only the newest message counts."""
         super().__init__(message_type, endpoint, _no_handler)

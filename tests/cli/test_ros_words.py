@@ -20,7 +20,7 @@ Captured = pytest.CaptureFixture[str]
         ("kill", "busflow node stop NODE stops one node"),
         ("shutdown", "busflow ps"),
         ("play", "write busflow bag play"),
-        ("echo", "write busflow topic echo or busflow service echo or busflow bag echo"),
+        ("echo", "write busflow topic echo or busflow tf echo or busflow service echo or busflow action echo"),
     ],
 )
 def test_a_verb_of_ros_names_its_counterpart(capsys: Captured, verb: str, instead: str):

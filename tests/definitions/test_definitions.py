@@ -2,7 +2,7 @@
 
 Tests of `comments.py`, `declarations.py`, `definition.py`, `field_type.py`, `generator.py`, `lines.py`,
 `packages.py` and `python_text.py`; the parser has more in `test_reader.py`, and `export.py` its tests where the
-command has them, in `tests/cli/interface/test_source.py`.
+command has them, in `tests/cli/interface/test_interface.py`.
 """
 
 import pytest

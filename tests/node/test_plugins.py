@@ -498,7 +498,8 @@ class TestInstalled:
 
 class TestBuiltIn:
     def test_player_is_listed_and_loaded(self):
-        (player,) = plugins.built_in()
+        player, frames = plugins.built_in()
+        assert frames.name == "static_frames"
         assert (player.name, player.fault) == ("player", None)
         assert player.summary.startswith(plugins.load("player", []).__doc__.partition("\n")[0])
 

@@ -80,7 +80,8 @@ class ActionPeer:
         Raises:
             NoSuchTarget: no process of the run says what they are.
         """
-        self._peer, self.action = peer, action
+        self._peer = peer
+        self.action: ActionView = action
         self._send, self._cancel, self._result = (
             peer.service(action.name + suffix) for suffix in (SEND_GOAL, CANCEL_GOAL, GET_RESULT)
         )

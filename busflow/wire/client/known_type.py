@@ -25,11 +25,13 @@ def known_type(peer: Peer, name: str, type_hash: str | None = None) -> ForeignTy
         return peer.type(name, type_hash)
     except NoSuchTarget:
         files = library()
+        if name in (*files.names, *builtin_types().names) and "/msg/" not in name:
+            raise UnknownType(
+                f"{name} is {'an action' if '/action/' in name else 'a service'}; messages have a topic"
+            ) from None
         if name not in files and name not in builtin_types():
             known = [each for each in (*files.names, *builtin_types().messages) if "/msg/" in each]
             raise UnknownType(f"no type {printable(name)!r}; {did_you_mean(name, known)}") from None
-        if name in files.names and "/msg/" not in name:
-            raise UnknownType(f"{name} is no message; messages have a topic") from None
         found = files.foreign(name) if name in files else _own(name)
         if type_hash not in (None, found.type_hash):
             whose = "that of the definition files" if name in files else "busflow's"

@@ -79,7 +79,7 @@ class TestShippedTypes:
 
     def test_lists(self, capsys: Captured):
         assert main(["interface", "list", "-s"]) == 0
-        assert capsys.readouterr().out.startswith("Services:\n    action_msgs/srv/CancelGoal\n    diagnostic_msgs/")
+        assert capsys.readouterr().out.startswith("Services:\n    action_msgs/srv/CancelGoal\n    control_msgs/")
         assert main(["interface", "package", "std_srvs"]) == 0
         assert capsys.readouterr().out.split() == ["std_srvs/srv/Empty", "std_srvs/srv/SetBool", "std_srvs/srv/Trigger"]
         assert main(["interface", "packages", "--json"]) == 0

@@ -1,6 +1,6 @@
 """Tests of `bag.py`, `launch_file.py`, `message.py` and `run.py`: options that several commands share.
 
-Those of `interfaces.py` are in `tests/cli/interface/test_source.py`.
+Those of `interfaces.py` are in `tests/cli/interface/test_interface.py`.
 """
 
 import json

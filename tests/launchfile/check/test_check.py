@@ -1,6 +1,6 @@
 """Tests of `credentials.py`, `endpoints.py`, `machine.py`, `planned_node.py`, `resolved.py` and `supervision.py`.
 
-Those of `definitions.py` are in `tests/cli/interface/test_source.py`.
+Those of `definitions.py` are in `tests/cli/interface/test_interface.py`.
 """
 
 from pathlib import Path

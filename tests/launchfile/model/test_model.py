@@ -1,6 +1,6 @@
 """Tests of `description.py`, `keys.py` and `key_faults.py`.
 
-Those of `interface_folders.py` are in `tests/cli/interface/test_source.py`.
+Those of `interface_folders.py` are in `tests/cli/interface/test_interface.py`.
 """
 
 import pytest

@@ -40,7 +40,7 @@ async def test_an_unused_type_is_busflows_own(looked_at: Any):
     ("name", "type_hash", "why"),
     [
         ("Bool", None, "no type 'Bool'"),
-        ("std_msgs/msg/Boool", None, "in std_msgs; did you mean 'Bool'"),
+        ("std_msgs/msg/Boool", None, "no type 'std_msgs/msg/Boool'; did you mean 'std_msgs/msg/Bool'"),
         ("std_srvs/srv/Trigger", None, "std_srvs/srv/Trigger is a service; messages have a topic"),
         ("std_msgs/msg/Bool", OTHER_HASH, "std_msgs/msg/Bool is another version than busflow's"),
     ],
