@@ -826,10 +826,10 @@ class SingleJointPosition(ActionType, package="control_msgs"):
 
 
 class action:
-    """The message `control_msgs/msg/action`."""
+    """Types whose names other types of `control_msgs` have too."""
 
     class GripperCommand(ActionType, package="control_msgs"):
-        """The grippercommand of `action`."""
+        """The action `control_msgs/action/GripperCommand`."""
 
         class Goal(Message):
             """The goal."""

@@ -83,3 +83,14 @@ def test_coroutine_and_generator_results_are_refused():
     with pytest.raises(InvalidDeclaration, match=r"^Arm\.on_n returned a generator"):
         refuse_coroutine(generator(), "Arm.on_n")
     refuse_coroutine(None, "Arm.on_n")
+
+
+@pytest.mark.filterwarnings("error")
+def test_forgotten_await_is_named_and_warned_of_once():
+    async def call():
+        raise AssertionError
+
+    with pytest.raises(AttributeError) as caught:
+        call().success  # noqa: B018  # what a user writes who forgets to await
+    failure = Failure("/a", "A.tick (timer)", caught.value)
+    assert failure.render().endswith("has no attribute 'success'; write await before the call of " + call.__qualname__)

@@ -511,6 +511,11 @@ def test_a_ros_type_has_only_ros_types_inside():
     assert not is_ros_type(Outer)
 
 
+def test_type_is_found_beside_another_of_its_name():
+    assert type_name(find_type("control_msgs/msg/GripperCommand")) == "control_msgs/msg/GripperCommand"
+    assert type_name(find_type("control_msgs/action/GripperCommand")) == "control_msgs/action/GripperCommand"
+
+
 @pytest.mark.parametrize("name", ["x" * 1_000_000, "std_msgs/msg/" + "\x1b[31m" * 100_000])
 def test_an_unknown_type_of_a_megabyte_is_cut(name):
     with pytest.raises(UnknownType) as caught:

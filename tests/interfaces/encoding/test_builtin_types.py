@@ -24,6 +24,12 @@ def test_so_are_the_two_halves_of_a_service(name: str, part: str):
     assert TYPES.description(f"{name}_{part}") == describe(getattr(find_type(name), part))
 
 
+def test_names_are_of_messages_services_and_actions():
+    assert {"sensor_msgs/msg/Imu", "std_srvs/srv/Trigger", "example_interfaces/action/Fibonacci"} <= {*TYPES.names}
+    assert "sensor_msgs/msg/Imu" in TYPES
+    assert "sensor_msgs/msg/Imuu" not in TYPES
+
+
 def test_comments_are_those_of_the_source():
     imu = TYPES.comments("sensor_msgs/msg/Imu")
     assert imu.text.startswith("What an inertial measurement unit measures.")

@@ -12,10 +12,12 @@ from rosbags.typesys import Stores, get_typestore
 
 from busflow.definitions.recorded import parse
 from busflow.errors import MalformedMessage, UnknownType
+from busflow.interfaces.action import derived_types
 from busflow.interfaces.encoding.description import (
     DEPTH,
     Count,
     Field,
+    action_types,
     assemble,
     check,
     fields_of,
@@ -27,6 +29,7 @@ from busflow.interfaces.encoding.description import (
 )
 from busflow.interfaces.encoding.typesupport import describe
 from busflow.interfaces.message import find_type
+from busflow.msgs.example_interfaces import Fibonacci
 from busflow.msgs.geometry_msgs import PoseStamped
 from busflow.msgs.rcl_interfaces import GetParameters
 from busflow.msgs.service_msgs import ServiceEventInfo
@@ -242,3 +245,11 @@ def test_any_description_is_checked_without_a_crash(data):
     target[key] = data.draw(json_values)
     with contextlib.suppress(MalformedMessage):
         check(described)
+
+
+def test_derived_types_of_an_action_are_those_of_its_class():
+    described = {each["type_name"]: each for each in action_types("example_interfaces/action/Fibonacci")}
+    derived = derived_types(Fibonacci)
+    for cls in (derived.send_goal.Request, derived.send_goal.Response, derived.get_result.Response, derived.feedback):
+        expected = describe(cls)["type_description"]
+        assert described[expected["type_name"]]["fields"] == expected["fields"]
