@@ -10,6 +10,7 @@ import anyio
 import pytest
 
 from busflow import (
+    ActionType,
     BusflowError,
     Graph,
     Message,
@@ -19,13 +20,24 @@ from busflow import (
     QoS,
     launch,
     publisher,
+    service,
     subscription,
     timer,
 )
 from busflow.clock import SimClock
-from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NoSuchTarget, NotRunning, StartTimeout
+from busflow.errors import (
+    ExitCode,
+    IncompatibleType,
+    InvalidDeclaration,
+    LaunchError,
+    NoSuchTarget,
+    NotRunning,
+    StartTimeout,
+)
 from busflow.log import LogRecord
-from busflow.testing import virtual_time
+from busflow.msgs.std_srvs import SetBool, Trigger
+from busflow.testing import harness, virtual_time
+from tests.actions.conftest import Arm, MoveTo
 
 CONFIG = Path(__file__).parents[2] / "configs" / "lab1.yaml"
 
@@ -762,3 +774,48 @@ async def test_stop_before_start_stops_nothing():
     await graph.stop()
     async with graph:
         assert graph.report().nodes[0].state == "running"
+
+
+@virtual_time
+async def test_end_that_was_asked_before_the_start_ends_the_run():
+    graph = Graph([Talker()], clock=SimClock())
+    graph.ask_to_stop_from_thread(ExitCode.TERMINATED)
+    await graph.start()
+    await graph.wait()
+    assert graph.exit_code is ExitCode.TERMINATED
+
+
+@virtual_time
+async def test_run_without_last_moments_refuses_a_snapshot():
+    async with harness(Talker) as lab:
+        with pytest.raises(NoSuchTarget, match=r"write record: \{snapshot: 60s\} in its launch file"):
+            lab.graph.snapshot()
+
+
+class Lamp(Node):
+    @service(Trigger, "~/toggle")
+    def toggle(self, _request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True)
+
+
+class Turn(ActionType, package="my_robot"):
+    class Goal(Message): ...
+
+    class Result(Message): ...
+
+    class Feedback(Message): ...
+
+
+@virtual_time
+async def test_program_uses_one_type_for_each_service_and_action():
+    async with harness(Lamp, Arm) as lab:
+        assert (await lab.call(Trigger, "lamp/toggle")).success
+        assert (await lab.call(Trigger, "lamp/toggle")).success
+        with pytest.raises(
+            IncompatibleType, match="/lamp/toggle is a std_srvs/srv/Trigger, not a std_srvs/srv/SetBool"
+        ):
+            await lab.call(SetBool, "lamp/toggle")
+        assert (await lab.run_action(MoveTo, "arm/move", MoveTo.Goal(angle=2.0))).angle == 2.0
+        assert lab.action_client(MoveTo, "arm/move") is lab.action_client(MoveTo, "arm/move")
+        with pytest.raises(IncompatibleType, match="/arm/move is a my_robot/action/MoveTo, not a my_robot/action/Turn"):
+            lab.action_client(Turn, "arm/move")
