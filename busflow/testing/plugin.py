@@ -94,7 +94,8 @@ class _Explainer:
         """Add to the failure how busflow runs an async test; a test of busflow itself shows all frames."""
         outcome = yield
         error = outcome.excinfo[1] if outcome.excinfo else None
-        if not (pyfuncitem.config.rootpath / "busflow" / "testing" / Path(__file__).name).exists():
+        own = pyfuncitem.config.rootpath / "busflow" / "testing" / Path(__file__).name
+        if error is not None and not own.exists():
             _hide_frames(error)
         if isinstance(error, pytest.fail.Exception) and str(error.msg).startswith("async def functions are not"):
             error.msg = f"{_HOW}\n{error.msg}"

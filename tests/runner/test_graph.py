@@ -777,7 +777,7 @@ async def test_stop_before_start_stops_nothing():
 
 
 @virtual_time
-async def test_end_that_was_asked_before_the_start_ends_the_run():
+async def test_end_asked_before_the_start_ends_it():
     graph = Graph([Talker()], clock=SimClock())
     graph.ask_to_stop_from_thread(ExitCode.TERMINATED)
     await graph.start()
@@ -807,7 +807,7 @@ class Turn(ActionType, package="my_robot"):
 
 
 @virtual_time
-async def test_program_uses_one_type_for_each_service_and_action():
+async def test_program_uses_one_type_of_each_name():
     async with harness(Lamp, Arm) as lab:
         assert (await lab.call(Trigger, "lamp/toggle")).success
         assert (await lab.call(Trigger, "lamp/toggle")).success

@@ -42,7 +42,7 @@ def test_request_and_answer_are_events_and_failure_none():
     assert bytes(request.info.client_gid) == bytes(response.info.client_gid)
 
 
-def test_call_of_another_process_is_known_until_it_ends():
+def test_call_elsewhere_is_known_until_it_ends():
     here: Any = SimpleNamespace(server=None)
     elsewhere: Any = SimpleNamespace(server=object())  # whatever answers for another process is no `Server`
     known: set[int] = set()

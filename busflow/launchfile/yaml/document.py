@@ -156,6 +156,8 @@ class _Builder:
                     self._refuse("several-documents", "a second document begins here", "use one file for each", event)
                     break
         except yaml.MarkedYAMLError as error:
+            if "nesting depth" in str(error.problem) and loader is not yaml.SafeLoader:
+                return self.build(text, yaml.SafeLoader)  # libyaml gives up before its first event
             self.problems.append(explain(error, text, self._place))
         except (yaml.YAMLError, ValueError, OverflowError) as error:
             # In the pure parser, chr() raises for an escape beyond Unicode.

@@ -247,7 +247,7 @@ def test_any_description_is_checked_without_a_crash(data):
         check(described)
 
 
-def test_derived_types_of_an_action_are_those_of_its_class():
+def test_derived_types_are_those_of_the_class():
     described = {each["type_name"]: each for each in action_types("example_interfaces/action/Fibonacci")}
     derived = derived_types(Fibonacci)
     for cls in (derived.send_goal.Request, derived.send_goal.Response, derived.get_result.Response, derived.feedback):
