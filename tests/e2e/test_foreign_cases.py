@@ -90,7 +90,7 @@ def test_message_too_large_to_send_is_named(tmp_path: Path):
     """Case msg/oversize."""
     (tmp_path / "plugins").mkdir()
     (tmp_path / "plugins/big.py").write_text(BIG)
-    (tmp_path / "big.yaml").write_text("plugins: [plugins]\nprocesses: {other: {}}\nnodes:\n")
+    (tmp_path / "big.yaml").write_text("plugins: [plugins]\nshutdown: {grace: 20s}\nprocesses: {other: {}}\nnodes:\n")
     with (tmp_path / "big.yaml").open("a") as file:
         file.write("  big: {plugin: 'big:Big'}\n  watcher: {plugin: 'big:Watcher', process: other}\n")
     command = [sys.executable, "-m", "busflow", "run", "big.yaml", "--for", "8s"]
