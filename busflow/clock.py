@@ -121,7 +121,7 @@ class Duration(_Nanoseconds):
     @classmethod
     def from_msg(cls, msg: DurationMsg) -> Duration:
         """Create the duration of a ROS message."""
-        return cls(msg.sec * NS_PER_S + msg.nanosec)
+        return cls(nanoseconds_of(msg))
 
 
 INFINITE = Duration(_MAX)
@@ -199,7 +199,12 @@ class Time(_Nanoseconds):
     @classmethod
     def from_msg(cls, msg: TimeMsg, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
         """Create the time of a ROS message."""
-        return cls(msg.sec * NS_PER_S + msg.nanosec, clock_type=clock_type)
+        return cls(nanoseconds_of(msg), clock_type=clock_type)
+
+
+def nanoseconds_of(stamp: Time | TimeMsg | DurationMsg) -> int:
+    """Return the whole nanoseconds of a time, or of a ROS message's time or duration."""
+    return stamp.sec * NS_PER_S + stamp.nanosec
 
 
 @cache

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 from busflow.actions.endpoints import LEFT, LOST, REJECTED, GoalClient
 from busflow.actions.goal import F, G, GoalState, Parts, R
 from busflow.actions.identifiers import Identifiers, to_message
-from busflow.bus.expiry import NS_PER_S
 from busflow.bus.services.call import current_activity
 from busflow.bus.services.client import TIMEOUT_S, check_timeout
+from busflow.clock import NS_PER_S
 from busflow.errors import (
     ActionError,
     ActionGone,

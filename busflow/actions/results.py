@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from busflow.clock import NS_PER_S
+
 if TYPE_CHECKING:
     from collections.abc import Collection
     from uuid import UUID
@@ -45,7 +47,7 @@ class Results:
     def _forget(self) -> None:
         """Drop what is too old or too much; entries stand in the order of their times."""
         kept = self._ended
-        oldest_ns = self._clock.monotonic_ns() - RESULT_KEPT_S * 1_000_000_000
+        oldest_ns = self._clock.monotonic_ns() - RESULT_KEPT_S * NS_PER_S
         while kept:
             first = next(iter(kept))
             if len(kept) <= RESULTS_KEPT and kept[first][0] > oldest_ns:

@@ -13,8 +13,8 @@ from busflow.actions.goal import GoalState, RunningGoal
 from busflow.actions.identifiers import from_message
 from busflow.actions.open_goals import OpenGoals, WhenBusy
 from busflow.actions.results import Results
-from busflow.bus.expiry import NS_PER_S
 from busflow.bus.failure import is_failure
+from busflow.clock import NS_PER_S, nanoseconds_of
 from busflow.errors import IncompatibleType, NotRunning
 from busflow.interfaces.action import ActionType, DerivedTypes
 from busflow.interfaces.message import Message, type_name
@@ -292,8 +292,4 @@ def _is_meant(goal: RunningGoal[Any], goal_id: UUID, until: Time) -> bool:
     """Return whether a request to cancel means a goal; zeros stand for any identifier, and for any time."""
     if until == Time():
         return not goal_id.int or goal.id == goal_id
-    return goal.id == goal_id or _ns(goal.info.stamp) <= _ns(until)
-
-
-def _ns(stamp: Time) -> int:
-    return stamp.sec * NS_PER_S + stamp.nanosec
+    return goal.id == goal_id or nanoseconds_of(goal.info.stamp) <= nanoseconds_of(until)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from bisect import bisect_left
 from enum import Enum
 
+from busflow.clock import NS_PER_S
 from busflow.frames.rigid import Rigid, between
 
-NS_PER_S = 1_000_000_000
 KEPT_NS = 10 * NS_PER_S
 """How far back an edge knows its transforms, from its newest."""
 MOST = 2000

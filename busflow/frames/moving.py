@@ -8,7 +8,7 @@ from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from busflow.clock import NS_PER_S
+from busflow.clock import nanoseconds_of
 from busflow.errors import InvalidTransform
 from busflow.frames.rigid import Rigid, Rotation, Vector, multiply, rotate
 from busflow.interfaces.message import take, type_name
@@ -67,7 +67,7 @@ def stamp_and_frame(message: Stamped) -> tuple[int, str]:
     header: Any = getattr(message, "header", None)
     if header is None:
         raise InvalidTransform(f"{printable(type(message).__name__)} has no header, which says its frame and time")
-    return header.stamp.sec * NS_PER_S + header.stamp.nanosec, header.frame_id
+    return nanoseconds_of(header.stamp), header.frame_id
 
 
 def rotation_matrix(rotation: Rotation) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING
 
+from busflow.clock import nanoseconds_of
 from busflow.errors import InvalidTransform, Problem, Severity
-from busflow.frames.edge import NS_PER_S
 from busflow.frames.shared import numbers_of
 from busflow.frames.tree import FrameTree
 from busflow.text import counted, printable
@@ -50,7 +50,7 @@ class SeenFrames:
         """Take in a message with its publisher, empty where it is not known, and the time of its publication."""
         for each in message.transforms:
             parent, child = each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
-            stamp_ns = each.header.stamp.sec * NS_PER_S + each.header.stamp.nanosec
+            stamp_ns = nanoseconds_of(each.header.stamp)
             try:
                 if fixed:
                     self.tree.take_fixed(parent, child, numbers_of(each))

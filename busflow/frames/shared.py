@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.expiry import Perishable
+from busflow.clock import nanoseconds_of
 from busflow.errors import InvalidTransform
 from busflow.frames.rigid import Rigid
 from busflow.frames.tree import FrameTree, Gap
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from busflow.msgs.geometry_msgs import TransformStamped
     from busflow.msgs.tf2_msgs import TFMessage
 
-NS_PER_S = 1_000_000_000
 DEPTH = 100
 """The depth of a node's subscriptions, as in tf2."""
 _MOST_WARNINGS = 100
@@ -67,8 +67,8 @@ class SharedFrames:
         """Take in the transforms of a message on `/tf`, as it is published: what it raised would be the publisher's."""
         for each in message.transforms:
             header = each.header
-            stamp, parent, child = header.stamp, header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
-            stamp_ns = stamp.sec * NS_PER_S + stamp.nanosec
+            parent, child = header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
+            stamp_ns = nanoseconds_of(header.stamp)
             set_back = self.tree.set_back
             try:
                 is_new = self.tree.take(parent, child, stamp_ns, numbers_of(each))

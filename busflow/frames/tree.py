@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 
+from busflow.clock import NS_PER_S
 from busflow.errors import (
     FramesNotConnected,
     InvalidTransform,
@@ -18,7 +19,7 @@ from busflow.errors import (
     TransformTooOld,
     UnknownFrame,
 )
-from busflow.frames.edge import KEPT_NS, NS_PER_S, Edge, Missing
+from busflow.frames.edge import KEPT_NS, Edge, Missing
 from busflow.frames.rigid import IDENTITY, Rigid, fault, inverse, multiply, unit
 from busflow.text import did_you_mean, printable
 

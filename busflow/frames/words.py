@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.qos import Durability, QoS
-from busflow.clock import NS_PER_S
+from busflow.clock import NS_PER_S, nanoseconds_of
 from busflow.errors import NotRunning, TransformError
 from busflow.frames.moving import Stamped, moved, stamp_and_frame
 from busflow.frames.rigid import Rigid
@@ -120,7 +120,7 @@ class Frames:
             TransformTooOld: the time lies before what is kept; at once, for no wait helps.
             UnknownFrame, FramesNotConnected, TransformNotThere: it has not come in time.
         """
-        return self._message(target, source, await self._awaited(target, source, stamp_of(at), timeout))
+        return self._message(target, source, await self._awaited(target, source, nanoseconds_of(at), timeout))
 
     def apply(self, message: S, target: str) -> S:
         """Return a stamped message in another frame, at its stamp; one of stamp 0 at the newest time.
@@ -204,8 +204,3 @@ class Frames:
     def __repr__(self) -> str:
         known: Any = len(self._shared.tree.edges) if self._shared is not None else "no"
         return f"<Frames of {self._runtime.full_name}: {known} edges>"
-
-
-def stamp_of(at: Time | TimeMsg) -> int:
-    """Return the nanoseconds of a time or of a header's stamp."""
-    return at.sec * NS_PER_S + at.nanosec

@@ -8,11 +8,10 @@ from inspect import iscoroutinefunction
 from typing import Any
 
 from busflow.bus.failure import is_failure, refuse_coroutine
+from busflow.clock import NS_PER_S
 from busflow.interfaces.message import Message
 from busflow.pairing.matching import Alone, Match, Matcher
 from busflow.pairing.members import SUPERSEDED, Member, message_of, stamp_ns
-
-_NS_PER_S = 1_000_000_000
 
 
 class SynchronizedGroup:
@@ -92,7 +91,7 @@ class StampGroup(SynchronizedGroup):
                 case Alone(topic, count, apart_ns):
                     self._matcher.leave(topic, stamps[topic][:count])
                     for _ in range(count):
-                        self.members[topic].drop(apart_ns / _NS_PER_S)
+                        self.members[topic].drop(apart_ns / NS_PER_S)
                 case None:
                     return None
 

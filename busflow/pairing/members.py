@@ -11,6 +11,7 @@ from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable
 from busflow.bus.queues import Queue
 from busflow.bus.subscription import Subscription
+from busflow.clock import nanoseconds_of
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message, type_name
 from busflow.msgs.std_msgs import Header
@@ -18,7 +19,6 @@ from busflow.msgs.std_msgs import Header
 SUPERSEDED = "superseded"
 UNPAIRED = "unpaired"
 """The reason of a drop for a message that finds no partner."""
-_NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,8 +166,7 @@ def message_of(item: Any) -> Message:
 
 def stamp_ns(message: Any) -> int:
     """Return the stamp of a message's header, in ns."""
-    stamp = message.header.stamp
-    return stamp.sec * _NS_PER_S + stamp.nanosec
+    return nanoseconds_of(message.header.stamp)
 
 
 def require_header(kind: type[Message], origin: str, topic: str) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, overload
 
 from busflow.bus.qos import QoS, checked_qos
+from busflow.clock import NS_PER_S
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
 from busflow.node import handlers
@@ -20,7 +21,6 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _WAIT_S = 0.1
-_NS_PER_S = 1_000_000_000
 
 
 @overload
@@ -55,7 +55,7 @@ def subscription(
         raise InvalidDeclaration('in_frame= and wait= are for a handler: write @subscription("scan", in_frame="map")')
     target = checked_name(in_frame, "@subscription(…, in_frame=…)", "frame")
     try:
-        wait_ns = round(parse_duration(_WAIT_S if wait is None else wait) * _NS_PER_S)
+        wait_ns = round(parse_duration(_WAIT_S if wait is None else wait) * NS_PER_S)
     except (ValueError, OverflowError) as error:
         raise InvalidDeclaration(f"@subscription(…, wait=…): {error}") from None
     checked = checked_qos(qos, "@subscription(…)")

@@ -7,6 +7,7 @@ from types import FrameType, FunctionType
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
 
 from busflow.bus.qos import QoS
+from busflow.clock import NS_PER_S
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
 from busflow.node.declarations import ComposedDeclaration, checked_name, checked_type
@@ -20,7 +21,6 @@ from busflow.validation.durations import parse_duration
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_NS_PER_S = 1_000_000_000
 _EXAMPLE = '@synchronized("left/image", "right/image", within="20ms")'
 
 
@@ -131,7 +131,7 @@ def _nanoseconds(within: str | float) -> int:
     if within == 0:
         return 0
     try:
-        return round(parse_duration(within) * _NS_PER_S)
+        return round(parse_duration(within) * NS_PER_S)
     except (ValueError, OverflowError) as error:
         raise InvalidDeclaration(f"@synchronized(…, within=…): {error}") from None
 
