@@ -25,6 +25,11 @@ class Perishable(Generic[T]):
         self.expires_ns: int = expires_ns
 
 
+def message_of(item: T | Perishable[T]) -> T:
+    """Return the message of a queued or kept item, also if it has expired."""
+    return cast("Perishable[T]", item).message if isinstance(item, Perishable) else item
+
+
 def fresh(item: T | Perishable[T], clock: Clock) -> T | None:
     """Return the message of a queued item, or None if it has expired."""
     if not isinstance(item, Perishable):

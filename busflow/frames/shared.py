@@ -7,7 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from busflow.bus.expiry import Perishable
+from busflow.bus.expiry import message_of
 from busflow.clock import nanoseconds_of
 from busflow.errors import InvalidTransform
 from busflow.frames.rigid import Rigid
@@ -58,7 +58,7 @@ class SharedFrames:
         for name, take in ((moving, self.take), (fixed, self.take_fixed)):
             topic: Topic[TFMessage] = bus.topics[name]
             for kept in topic.kept():
-                take(kept.message if isinstance(kept, Perishable) else kept)
+                take(message_of(kept))
             bus.tap(topic, take)
 
     # Taking in.

@@ -7,11 +7,12 @@ from collections.abc import Callable, Coroutine
 from inspect import iscoroutinefunction
 from typing import Any
 
+from busflow.bus.expiry import message_of
 from busflow.bus.failure import is_failure, refuse_coroutine
 from busflow.clock import NS_PER_S
 from busflow.interfaces.message import Message
 from busflow.pairing.matching import Alone, Match, Matcher
-from busflow.pairing.members import SUPERSEDED, Member, message_of, stamp_ns
+from busflow.pairing.members import SUPERSEDED, Member, stamp_ns
 
 
 class SynchronizedGroup:

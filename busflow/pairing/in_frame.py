@@ -9,6 +9,7 @@ from inspect import iscoroutinefunction
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 from busflow.bus.endpoint import Endpoint
+from busflow.bus.expiry import message_of
 from busflow.bus.failure import is_failure, refuse_coroutine
 from busflow.bus.qos import QoS
 from busflow.clock import Clock, Time
@@ -18,7 +19,7 @@ from busflow.interfaces.message import Message
 from busflow.node.declarations import ComposedDeclaration
 from busflow.node.handlers import Handler, SubscriptionRole
 from busflow.node.node import Node, runtime_of
-from busflow.pairing.members import Member, MemberQueue, message_of, require_header, stamp_ns
+from busflow.pairing.members import Member, MemberQueue, require_header, stamp_ns
 
 P = ParamSpec("P")
 R = TypeVar("R")

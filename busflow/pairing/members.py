@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import Event
-from busflow.bus.expiry import Perishable
+from busflow.bus.expiry import message_of
 from busflow.bus.queues import Queue
 from busflow.bus.subscription import Subscription
 from busflow.clock import nanoseconds_of
@@ -157,11 +157,6 @@ class Member(Subscription[Any]):
     def fail(self, error: BaseException, message: Message) -> None:
         """Report what the handler raised; the node fails."""
         self._failed(error, message)
-
-
-def message_of(item: Any) -> Message:
-    """Return the message of a queued item."""
-    return cast("Perishable[Message]", item).message if isinstance(item, Perishable) else item
 
 
 def stamp_ns(message: Any) -> int:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
-from busflow.bus.expiry import Perishable
+from busflow.bus.expiry import message_of
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
@@ -34,7 +34,7 @@ class KeptMessages:
     def last(self, topic: Topic[Any], count: int) -> list[Message]:
         """Return up to `count` messages, the oldest first, including expired ones."""
         kept = tuple(topic.recent or ())[-count:] if count > 0 else ()
-        return [cast("Perishable[Message]", item).message if isinstance(item, Perishable) else item for item in kept]
+        return [message_of(item) for item in kept]
 
     def close(self) -> None:
         """Stop keeping messages."""
