@@ -56,7 +56,7 @@ async def _within(case: str, effort: Effort) -> Sample:
 async def _turn_s(effort: Effort) -> float:
     """The CPU time of a turn of the loop, in which one task has its own."""
     until, began_ns, turns = time.perf_counter() + effort.sample_s, time.process_time_ns(), 0
-    while time.perf_counter() < until:
+    while not turns or time.perf_counter() < until:  # one round at least, also where the processor was away that long
         for _ in range(100):
             await asyncio.sleep(0)
         turns += 100
