@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from busflow.clock import nanoseconds_of
 from busflow.errors import InvalidTransform, Problem, Severity
-from busflow.frames.shared import numbers_of
+from busflow.frames.shared import edge_of, numbers_of
 from busflow.frames.tree import FrameTree
 from busflow.text import counted, printable
 
@@ -49,7 +49,7 @@ class SeenFrames:
     def add(self, message: TFMessage, publisher: str, published_ns: int, *, fixed: bool) -> None:
         """Take in a message with its publisher, empty where it is not known, and the time of its publication."""
         for each in message.transforms:
-            parent, child = each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
+            parent, child = edge_of(each)
             stamp_ns = nanoseconds_of(each.header.stamp)
             try:
                 if fixed:

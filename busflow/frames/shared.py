@@ -66,9 +66,8 @@ class SharedFrames:
     def take(self, message: TFMessage) -> None:
         """Take in the transforms of a message on `/tf`, as it is published: what it raised would be the publisher's."""
         for each in message.transforms:
-            header = each.header
-            parent, child = header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
-            stamp_ns = nanoseconds_of(header.stamp)
+            parent, child = edge_of(each)
+            stamp_ns = nanoseconds_of(each.header.stamp)
             set_back = self.tree.set_back
             try:
                 is_new = self.tree.take(parent, child, stamp_ns, numbers_of(each))
@@ -91,7 +90,7 @@ class SharedFrames:
         """Take in the transforms of a message on `/tf_static`, as `take`."""
         self._taken.append(message)
         for each in message.transforms:
-            parent, child = each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
+            parent, child = edge_of(each)
             try:
                 is_new = self.tree.take_fixed(parent, child, numbers_of(each))
             except InvalidTransform as error:
@@ -161,13 +160,13 @@ class SharedFrames:
                 node of this process sends a second parent.
         """
         for each in transforms:
-            parent, child = each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
+            parent, child = edge_of(each)
             other = self._senders.get(child)
             if other is not None and other.node != node and self._publishes(other):
                 self._check_second(other, node, parent, child)
             self.tree.check(parent, child, numbers_of(each))
         for each in transforms:
-            parent, child = each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
+            parent, child = edge_of(each)
             self._senders[child] = Sender(node, parent, topic)
 
     def _check_second(self, other: Sender, node: str, parent: str, child: str) -> None:
@@ -185,6 +184,11 @@ class SharedFrames:
         """Say what publishes the transforms of a frame, as far as that is known in this process."""
         sender = self._senders.get(child)
         return sender.node if sender is not None else self._publishers(self.topics[0])
+
+
+def edge_of(message: TransformStamped) -> tuple[str, str]:
+    """Return the parent and the child of a message, without the leading slash that tf once had."""
+    return message.header.frame_id.lstrip("/"), message.child_frame_id.lstrip("/")
 
 
 def numbers_of(message: TransformStamped) -> Rigid:
