@@ -25,7 +25,7 @@ def known_type(peer: Peer, name: str, type_hash: str | None = None) -> ForeignTy
         return peer.type(name, type_hash)
     except NoSuchTarget:
         files = library()
-        if name in (*files.names, *builtin_types().names) and "/msg/" not in name:
+        if "/msg/" not in name and name in (*files.names, *builtin_types().names):
             raise UnknownType(
                 f"{name} is {'an action' if '/action/' in name else 'a service'}; messages have a topic"
             ) from None

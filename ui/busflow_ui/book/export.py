@@ -44,7 +44,7 @@ def _write(book: Book, page_folder: Path, target: Path) -> int:
     for entry in entries:
         file = target / entry.address
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(chapter_page(book, entry, STATIC), "utf-8")
+        file.write_text(chapter_page(book, entries, entry, frame=STATIC), "utf-8")
     for name, path in book.files.images.items():
         body = read(path)
         if body is not None:

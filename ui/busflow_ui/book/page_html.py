@@ -31,9 +31,8 @@ SERVED = PageFrame("../", '<script type="module" src="{assets}book.js"></script>
 STATIC = PageFrame("_book/", '<script src="{assets}book_static.js" defer></script>', is_live=False)
 
 
-def chapter_page(book: Book, entry: ListedChapter, frame: PageFrame) -> str:
-    """Return the page of a chapter."""
-    entries = book.entries()
+def chapter_page(book: Book, entries: Sequence[ListedChapter], entry: ListedChapter, *, frame: PageFrame) -> str:
+    """Return the page of a chapter among all `entries` of its book, which ask the disk about each file."""
     chapter = book.chapter(entry.name)
     root = "../" * entry.address.count("/")
     assets = f"{root}{frame.assets}"

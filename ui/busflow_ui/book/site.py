@@ -43,5 +43,8 @@ class BookSite:
         if name in self.book.files.images:
             body = read(self.book.files.images[name])
             return None if body is None else BookAnswer(IMAGES[PurePosixPath(name).suffix.lower()], body)
-        entry = next((each for each in self.book.entries() if each.address == name), None)
-        return None if entry is None else BookAnswer(_HTML, chapter_page(self.book, entry, SERVED).encode())
+        entries = self.book.entries()
+        entry = next((each for each in entries if each.address == name), None)
+        if entry is None:
+            return None
+        return BookAnswer(_HTML, chapter_page(self.book, entries, entry, frame=SERVED).encode())
