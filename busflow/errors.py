@@ -407,24 +407,22 @@ class Problem:
         }
 
 
-class LaunchError(BusflowError):
+class _WithProblems(BusflowError):
+    """Files are invalid; the error lists all their problems."""
+
+    exit_code = ExitCode.USAGE
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems: tuple[Problem, ...] = tuple(problems)
+        super().__init__("\n".join(problem.render() for problem in self.problems))
+
+
+class LaunchError(_WithProblems):
     """A launch description cannot run; the error lists all its problems."""
 
-    exit_code = ExitCode.USAGE
 
-    def __init__(self, problems: Sequence[Problem]) -> None:
-        self.problems: tuple[Problem, ...] = tuple(problems)
-        super().__init__("\n".join(problem.render() for problem in self.problems))
-
-
-class InvalidDefinition(BusflowError, ValueError):
+class InvalidDefinition(_WithProblems, ValueError):
     """Files that define messages, services or actions are invalid; the error lists all their problems."""
-
-    exit_code = ExitCode.USAGE
-
-    def __init__(self, problems: Sequence[Problem]) -> None:
-        self.problems: tuple[Problem, ...] = tuple(problems)
-        super().__init__("\n".join(problem.render() for problem in self.problems))
 
 
 IN_A_CLONE = {"busflow": ".", "busflow-assistant": "./assistant", "busflow-ui": "./ui"}
