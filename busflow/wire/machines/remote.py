@@ -17,6 +17,7 @@ from busflow.text import did_you_mean, printable
 from busflow.wire.machines.probe import why_not_linked
 from busflow.wire.zenoh.network import Network
 from busflow.wire.zenoh.run_directory import AT, RunCard
+from busflow.wire.zenoh.run_lock import RunLock
 from busflow.wire.zenoh.session import open_remote
 
 if TYPE_CHECKING:
@@ -55,6 +56,10 @@ class RemoteRun:
     def is_alive(self, session: zenoh.Session) -> bool:
         """Return whether a machine of the run is still linked, for a client that has joined by this session."""
         return bool(session.info.routers_zid())
+
+    def lock(self) -> RunLock:
+        """Return the lock of a run that is not on this machine: nothing is known of it."""
+        return RunLock(None)
 
     def require(self, what: str) -> None:
         """Check that this identity may do more than look.

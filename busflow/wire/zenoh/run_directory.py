@@ -17,7 +17,7 @@ import shutil
 import stat
 from collections import Counter
 from collections.abc import Generator, Iterable, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Self
 from busflow.errors import InspectionUnavailable, NoSuchRun
 from busflow.runner.forks import call_in_children
 from busflow.text import did_you_mean, printable
+from busflow.wire.zenoh.run_lock import ENDED, LOCK, RunLock, locked
 from busflow.wire.zenoh.session import SOCKET, open_session, require_unix_sockets
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 AT = "@"
 """Separates identity and launch file in the name of a run on other machines; no local run's name contains it."""
-_LOCK = "run.lock"
 _CARD = "run.json"
 _FOLDER_LOCK = ".lock"
 _DRAFT = ".new"
@@ -85,6 +85,10 @@ class FoundRun:
         """Return whether the run still exists, for a client that has joined it by this session."""
         return self in runs()
 
+    def lock(self) -> RunLock:
+        """Return the lock that the run holds, opened; the caller closes it."""
+        return RunLock(self.directory)
+
     def require(self, _what: str) -> None:
         """Allow everything: any process that can open the directory has all rights."""
 
@@ -115,8 +119,8 @@ class RunDirectory:
             draft = folder / _DRAFT
             _remove(draft)
             draft.mkdir(mode=0o700)
-            lock = os.open(draft / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
-            _locked(lock, exclusive=True, wait=True)  # wait for processes that check whether it is held
+            lock = os.open(draft / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+            locked(lock, exclusive=True, wait=True)  # wait for processes that check whether it is held
             for number in range(1, _ATTEMPTS):
                 path = folder / (fit if number == 1 else f"{fit}-{number}")
                 if _is_free(path):
@@ -136,6 +140,7 @@ class RunDirectory:
         """Remove the directory, atomically for clients."""
         gone = self.path.with_name(f".{self.path.name}.{os.getpid()}")
         with suppress(OSError):  # another program removed it while the run lasted, which is no fault of the run
+            os.write(self._lock, ENDED)
             self.path.rename(gone)
         _remove(gone)
         self._release()
@@ -300,7 +305,7 @@ def _folder_locked(folder: Path, *, wait: bool = True) -> Generator[bool]:
     """Hold the folder's lock, and yield whether it was acquired; every process holds it only for a moment."""
     lock = os.open(folder / _FOLDER_LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     try:
-        yield _locked(lock, exclusive=True, wait=wait)
+        yield locked(lock, exclusive=True, wait=wait)
     finally:
         os.close(lock)
 
@@ -335,26 +340,8 @@ def _alive_runs(folder: Path) -> list[FoundRun]:
 
 def _is_alive(path: Path) -> bool:
     """Return whether a run holds the directory's lock."""
-    try:
-        lock = os.open(path / _LOCK, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
-    except OSError:
-        return False
-    try:
-        return not _locked(lock, exclusive=False)
-    finally:
-        os.close(lock)
-
-
-def _locked(lock: int, *, exclusive: bool, wait: bool = False) -> bool:
-    """Lock an open file for this process; False if another process has it locked."""
-    import fcntl  # Windows has neither this module nor Unix sockets
-
-    kind = fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH
-    try:
-        fcntl.flock(lock, kind if wait else kind | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
+    with closing(RunLock(path)) as lock:
+        return lock.is_held
 
 
 def _card(path: Path) -> RunCard | None:

@@ -24,7 +24,6 @@ from busflow_ui.foxglove.door import FAREWELL_S, name_of
 from busflow_ui.foxglove.parameters import RunParameters
 from busflow_ui.foxglove.protocol import Level
 from busflow_ui.foxglove.publications import ENCODINGS
-from busflow_ui.foxglove.run_lock import RunLock
 from busflow_ui.foxglove.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -111,7 +110,7 @@ class Bridge:
         self.looked_s: float = self._clock.seconds()
         """The time at which the graph was read, on a clock that does not jump."""
         self._seats = asyncio.Semaphore(_MOST_VIEWERS)
-        self._lock = RunLock(getattr(peer.run, "directory", None))  # one on other machines has none
+        self._lock = peer.run.lock()
         self.was_killed = False
         """Whether the run has ended without an end of its own."""
         self._session = f"{peer.run.card.since_ns}-{os.getpid()}"
@@ -136,7 +135,7 @@ class Bridge:
 
     def _lives(self) -> bool:
         if self._lock.is_held:
-            return True  # and no search for runs, which would remove what shows that a run was killed
+            return True
         self.was_killed = self._lock.is_abandoned
         return not self.was_killed and self.peer.alive
 

@@ -359,6 +359,7 @@ def test_a_page_comes_back_with_the_next_run(own_lab: tuple[Any, Any], lab_folde
     run.process.kill()
     ended = page.update("run", lambda answer: "ended" in answer)
     assert ended["name"] == "lab1"
+    assert ended["ended"]["was_killed"]
     with pytest.raises(ConnectionClosed) as closed:
         page.until(lambda _: False)
     assert closed.value.rcvd is not None

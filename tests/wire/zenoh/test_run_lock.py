@@ -5,8 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
-from busflow_ui.foxglove.run_lock import RunLock
+from busflow.wire.zenoh.run_directory import RunCard, RunDirectory, runs
+from busflow.wire.zenoh.run_lock import RunLock
 
 CLAIM = """
 import sys
@@ -31,6 +31,9 @@ def test_a_killed_run_abandons_its_lock(tmp_path: Path):
     assert held
     assert not before
     assert not lock.is_held
+    assert lock.is_abandoned
+    assert runs({"BUSFLOW_RUNTIME_DIR": str(tmp_path)}) == []
+    assert not path.exists(), "the search has removed what the run left"
     assert lock.is_abandoned
     lock.close()
 
