@@ -6,7 +6,7 @@ from collections import deque
 
 import pytest
 
-from busflow.bus.expiry import NS_PER_S, Perishable, SilenceTimer, expire, fresh, next_expiry_ns
+from busflow.bus.expiry import NS_PER_S, Perishable, SilenceTimer, expire, fresh, message_of, next_expiry_ns
 from busflow.clock import SimClock
 from busflow.testing import virtual_time
 
@@ -19,6 +19,10 @@ async def test_expire_removes_only_expired_items():
     assert [fresh(item, clock) for item in items] == ["plain", None, "new"]
     assert expire(items, clock) == 1
     assert [fresh(item, clock) for item in items] == ["plain", "new"]
+
+
+def test_an_expired_item_still_gives_its_message():
+    assert [message_of(item) for item in ("plain", Perishable("old", 0))] == ["plain", "old"]
 
 
 def test_next_expiry_is_the_earliest():
