@@ -10,6 +10,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -151,6 +152,15 @@ async def published(looked, topic, count):
     await looked.until(lambda: looked.graph.bus.topics[topic].published >= count)
 
 
+@contextmanager
+def listened(looked, topic, ready):
+    """A listener of the peer's that misses nothing after `ready`: the graph has answered a question asked later."""
+    with looked.peer.listen(topic) as listener:
+        looked.peer.ask("log", count=1, node=None, level=0)
+        ready.set()
+        yield listener
+
+
 def warnings(capsys):
     return [
         line for line in capsys.readouterr().err.splitlines() if "warning" in line and "has no publisher" not in line
@@ -266,13 +276,14 @@ async def test_images_of_all_sizes_leave_in_order(looked_at):
         received = []
 
         def listen():
-            with looked.peer.listen(topic) as listener:
+            with listened(looked, topic, ready) as listener:
                 while len(received) < 4:
                     received.append(listener.get(PATIENCE_S))
                 return listener.lost
 
+        ready = threading.Event()
         listening = asyncio.create_task(asyncio.to_thread(listen))
-        await looked.until(lambda: images._outlet)
+        await looked.until(ready.is_set)
         for count in (2, 4):
             images.publish(big)
             images.publish(small)
@@ -288,13 +299,13 @@ async def test_unencodable_message_is_logged_once_and_delivered_locally(looked_a
         words, here = looked.graph.node(Talker).words, looked.graph.subscribe(String, "words")
         topic = await looked.ask(lambda: looked.peer.graph().topic("words"))
 
-        def listen(ready):
-            with looked.peer.listen(topic) as listener:
-                ready.set()
+        def listen():
+            with listened(looked, topic, ready) as listener:
                 return listener.get(PATIENCE_S).payload
 
-        listening = asyncio.create_task(asyncio.to_thread(listen, threading.Event()))
-        await looked.until(lambda: words._outlet)
+        ready = threading.Event()
+        listening = asyncio.create_task(asyncio.to_thread(listen))
+        await looked.until(ready.is_set)
         for text in ("\ud800", "\udfff", "fine"):
             words.publish(String.model_construct(data=text))  # which checks nothing
         assert b"fine" in await listening
@@ -308,13 +319,13 @@ async def test_message_too_large_is_unsent_and_delivered_here(looked_at, capsys,
         words, here = looked.graph.node(Talker).words, looked.graph.subscribe(String, "words")
         topic = await looked.ask(lambda: looked.peer.graph().topic("words"))
 
-        def listen(ready):
-            with looked.peer.listen(topic) as listener:
-                ready.set()
+        def listen():
+            with listened(looked, topic, ready) as listener:
                 return listener.get(PATIENCE_S).payload
 
-        listening = asyncio.create_task(asyncio.to_thread(listen, threading.Event()))
-        await looked.until(lambda: words._outlet)
+        ready = threading.Event()
+        listening = asyncio.create_task(asyncio.to_thread(listen))
+        await looked.until(ready.is_set)
         for text in ("long" * 500, "long" * 600, "short"):
             words.publish(String(data=text))
         assert b"short" in await listening
@@ -609,11 +620,12 @@ async def test_a_users_types_cross_without_a_peers_class(looked_at, node, out, i
         type_ = await looked.ask(looked.peer.type, topic.type)
 
         def listen():
-            with looked.peer.listen(topic) as listener:
+            with listened(looked, topic, ready) as listener:
                 return type_.decode(listener.get(PATIENCE_S).payload)
 
+        ready = threading.Event()
         listening = asyncio.create_task(asyncio.to_thread(listen))
-        await looked.until(lambda: here._outlet)
+        await looked.until(ready.is_set)
         here.publish(message)
         assert await listening == plain
 
