@@ -42,8 +42,12 @@ class Arrivals:
         self._gone: dict[bytes, int] = {}
         """By publisher that has gone, its highest number."""
 
-    def note(self, gid: bytes, sequence: int) -> bool:
-        """Record a message, and count the missing ones before it as lost; return False if it has arrived before."""
+    def note(self, gid: bytes, sequence: int, *, ordered: bool = False) -> bool:
+        """Record a message, and count the missing ones before it as lost; return False if it is not to be published.
+
+        That is one that has arrived before. With `ordered` it is any that arrives after a newer one: Zenoh brings kept
+        messages in order, so an older one was overtaken while a link was broken.
+        """
         numbers = self._gone if gid in self._gone else self.last
         last = numbers.get(gid)
         if last is None:
@@ -52,7 +56,7 @@ class Arrivals:
                 self._records[gid] = _Record(sequence, [range(1, sequence)])
             return True
         if sequence <= last:
-            return self._fill(self._records[gid], sequence)
+            return not ordered and self._fill(self._records[gid], sequence)
         numbers[gid] = sequence
         if missing := sequence - last - 1:
             gaps = self._records[gid].gaps

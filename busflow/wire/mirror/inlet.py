@@ -318,9 +318,13 @@ class Inlet:
             if decoded.gid in self._ignored:
                 self.losses["incompatible"] += 1
                 return None
-            if not self._numbers.note(decoded.gid, decoded.sequence):
-                return None
             known = self._publishers.get(decoded.gid)
+            keeps = known is not None and known.endpoint.qos.latched
+            if keeps and decoded.sequence > 1 and decoded.gid not in self._numbers.last:
+                # What it keeps is not here: it was asked before the way to it was known.
+                self._late_joiners.ask_again(decoded.gid)
+            if not self._numbers.note(decoded.gid, decoded.sequence, ordered=keeps):
+                return None
         found = known or next(iter(self._publishers.values()), None)
         if found is None:
             self.losses["unsigned"] += 1

@@ -91,6 +91,11 @@ class LateJoiners:
             if self._lacks(subscription, gid):
                 self._ask(Gate.of(cast("Subscription[Any]", subscription), self), [gid])
 
+    def ask_again(self, gid: bytes) -> None:
+        """Ask a publisher for its kept messages, because a later one arrives first; that one waits for the answer."""
+        self._asked_so_far[gid] = 0
+        self.ask_publisher(gid, None)
+
     def forget(self, gid: bytes) -> None:
         """Forget a publisher that has gone."""
         for book in (self.first, self._asked_so_far, self._remembered):

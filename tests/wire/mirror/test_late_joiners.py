@@ -187,3 +187,43 @@ async def test_one_that_leaves_at_once_leaves_nothing_behind(outside):
         late = looked.graph.subscribe(Int64, "map", qos=latched(5))
         assert await taken(late, 2) == [1, 2]
         assert balances(gone, late, volatile)
+
+
+@contextmanager
+def keeper(session, *kept):
+    """Show a publisher with kept messages that nobody can ask for yet; yield how it publishes, and how it answers."""
+    support = TypeSupport(Int64)
+    key = topic_key("/map", support.name, support.type_hash)
+    token = Token(str(session.info.zid()), 0, 1, TokenKind.PUBLISHER, "/", "keeper", "/map")
+    token = replace(token, type=support.name, hash=support.type_hash, qos=to_text(latched(10)))
+
+    def signed(number):
+        return {"payload": support.encode(Int64(data=number)), "attachment": Attachment(number, 0, token.gid).encode()}
+
+    def answer(query):
+        with query:
+            for number in kept:
+                query.reply(key, **signed(number))
+
+    shown = session.liveliness().declare_token(str(token))
+    yield (
+        lambda number: session.put(key, **signed(number)),
+        lambda: session.declare_queryable(f"{key}/@adv/pub/keeper/1/_", answer),
+    )
+    shown.undeclare()
+
+
+async def test_kept_messages_asked_for_too_early_come_first(outside):
+    async with outside() as (looked, _others):
+        subscription = looked.graph.subscribe(Int64, "map", qos=latched(10))
+        with keeper(looked.peer.session, 1, 2, 3) as (publish, begin_to_answer):
+            await looked.ask(looked.peer.settle)  # here it has been asked, and did not answer
+            answering = await looked.ask(begin_to_answer)
+            for number in (4, 5):
+                await looked.ask(publish, number)
+            assert await taken(subscription, 5) == [1, 2, 3, 4, 5]
+            await looked.ask(publish, 2)  # as after a broken link
+            await looked.ask(publish, 6)
+            assert await taken(subscription, 1) == [6]
+            assert balances(subscription)
+            answering.undeclare()
