@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from busflow.errors import InvalidInput, Problem
+from busflow.interfaces.action import ActionType
 from busflow.interfaces.encoding.typesupport import OpaqueMessage
 from busflow.interfaces.message import Message, ServiceType, type_name
 from busflow.node.plugins import find, load
@@ -56,11 +57,12 @@ def _imported(name: str) -> Path:
 
 def _types() -> Iterator[type[Any]]:
     """Yield all classes of types that have been imported, the parts of services and actions left out."""
-    waiting: list[type[Any]] = [Message, ServiceType]
+    waiting: list[type[Any]] = [Message, ServiceType, ActionType]
     while waiting:
         for cls in waiting.pop().__subclasses__():
             waiting.append(cls)
-            if "." not in cls.__qualname__ and not issubclass(cls, OpaqueMessage):
+            is_part = "." in cls.__qualname__ and issubclass(cls, Message)  # a service may stand in a class around it
+            if not is_part and not issubclass(cls, OpaqueMessage):
                 yield cls
 
 

@@ -105,7 +105,6 @@ def test_mistake_in_a_file_has_its_place(here, capsys):
 
 def test_generated_module_is_checked_and_renewed(here, capsys):
     write(here, {"src/hand_msgs/msg/Hand.msg": "grip_msgs/Grip[2] grips\n"})
-    (here / "src/grip_msgs/action/Hold.action").unlink()
     command = ("interface", "generate", "grip_msgs", "hand_msgs", "--interfaces", "src", "--to", "robot/msgs")
     code, out = said(capsys, *command, "--check")
     assert (code, out.splitlines()) == (
@@ -116,7 +115,7 @@ def test_generated_module_is_checked_and_renewed(here, capsys):
             "write them anew: busflow interface generate grip_msgs hand_msgs --interfaces src --to robot/msgs",
         ],
     )
-    assert said(capsys, *command)[1] == "robot/msgs/grip_msgs.py: 2 types\nrobot/msgs/hand_msgs.py: 1 type\n"
+    assert said(capsys, *command)[1] == "robot/msgs/grip_msgs.py: 3 types\nrobot/msgs/hand_msgs.py: 1 type\n"
     assert said(capsys, *command, "--check") == (0, "")
     assert "as before" in said(capsys, *command)[1]
     (here / "src/grip_msgs/msg/Grip.msg").write_text("# How firmly.\n\nfloat32 force 0.5\n")
@@ -124,7 +123,7 @@ def test_generated_module_is_checked_and_renewed(here, capsys):
     (here / "src/hand_msgs/msg/Hand.msg").write_text("# Both.\ngrip_msgs/Grip[2] grips\n")
     code, out = said(capsys, *command, "--check")
     assert code == 3
-    changed = "msg/Grip.msg, srv/Close.srv has changed; msg/New.msg is new"
+    changed = "action/Hold.action, msg/Grip.msg, srv/Close.srv has changed; msg/New.msg is new"
     assert f"robot/msgs/grip_msgs.py is out of date: {changed}\n" in out
     assert "robot/msgs/hand_msgs.py is out of date: msg/Hand.msg has changed\n" in out
     assert said(capsys, *command)[0] == 0
@@ -132,7 +131,6 @@ def test_generated_module_is_checked_and_renewed(here, capsys):
 
 
 def test_check_names_a_class_whose_file_has_changed(here, capsys):
-    (here / "src/grip_msgs/action/Hold.action").unlink()
     launch = "plugins: [plugins]\ninterfaces: [src]\nnodes:\n  gripper: {plugin: gripper}\n"
     write(here, {"run.yaml": launch, "plugins/gripper.py": GRIPPER.format(module=".msgs.grip_msgs")})
     make = ("interface", "generate", "grip_msgs", "--interfaces", "src", "--to", "plugins/msgs")
@@ -165,7 +163,10 @@ def test_missing_folder_of_interfaces_is_named(here, capsys):
 
 
 @pytest.mark.usefixtures("here")
-@pytest.mark.parametrize("package", ["action_msgs", "lifecycle_msgs", "shape_msgs", "stereo_msgs", "vision_msgs"])
+@pytest.mark.parametrize(
+    "package",
+    ["action_msgs", "control_msgs", "example_interfaces", "lifecycle_msgs", "shape_msgs", "stereo_msgs", "vision_msgs"],
+)
 def test_exported_files_generate_the_same_module(capsys, package):
     """The way there and back loses nothing: not a comment, not a constant, not a default."""
     assert said(capsys, "interface", "export", f"busflow.msgs.{package}", "--to", f"ros/{package}")[0] == 0
@@ -201,7 +202,23 @@ def test_exported_package_has_what_ros_builds(capsys):
 
 def test_plugin_folder_is_exported_with_comments(here):
     source = '''
-from busflow import Message, Node, publisher
+from busflow import ActionType, Message, Node, publisher
+
+
+class Hold(ActionType, package="squeeze_robot"):
+    """Holds a thing."""
+
+    class Goal(Message):
+        """How long."""
+
+        seconds: float = 2.0
+
+    class Result(Message):
+        """Nothing."""
+
+    class Feedback(Message):
+        left: float = 0.0
+        """In seconds."""
 
 
 class Squeeze(Message, package="squeeze_robot"):
@@ -222,6 +239,10 @@ class Squeezer(Node):
         cwd=here,
     )
     assert (done.returncode, done.stderr) == (0, "")
+    assert Path("ros/action/Hold.action").read_text() == (
+        "# Holds a thing.\n\n# How long.\n\nfloat64 seconds 2\n---\n# Nothing.\n\n---\n# In seconds.\nfloat64 left\n"
+    )
+    assert "DEPENDENCIES action_msgs)" in Path("ros/CMakeLists.txt").read_text()
     assert Path("ros/msg/Squeeze.msg").read_text() == "# How hard.\n\n# In newtons.\nfloat64 force 1\n"
 
 
@@ -237,7 +258,6 @@ def test_export_refuses_what_has_no_types(capsys):
 @pytest.mark.e2e
 def test_generated_source_satisfies_pyright_strict(here, capsys):
     pytest.importorskip("pyright", reason="running the tests alone needs no type checker")
-    (here / "src/grip_msgs/action/Hold.action").unlink()
     more = 'bool[2] pair [true, false]\nstring<=3[<=2] names ["a"]\nbyte B=1\nwstring w "x"\nuint8[] data [1]\n'
     (here / "src/grip_msgs/msg/More.msg").write_text(more)
     assert said(capsys, "interface", "generate", "grip_msgs", "--interfaces", "src", "--to", "robot")[0] == 0
