@@ -31,14 +31,20 @@ class Boss(Node):
 
 
 @pytest.fixture
-def recording(tmp_path, monkeypatch):
+def graph(tmp_path, monkeypatch):
+    """A folder with the launch file of an arm and its boss."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "arm.py").write_text(ARM)
-    (tmp_path / "boss.py").write_text(BOSS)
     text = "name: moves\nplugins: [.]\nnodes:\n  arm: {plugin: arm}\n  boss: {plugin: boss}\n"
     (tmp_path / "graph.yaml").write_text(text)
+    return tmp_path
+
+
+@pytest.fixture
+def recording(graph):
+    (graph / "arm.py").write_text(ARM)
+    (graph / "boss.py").write_text(BOSS)
     assert main(["run", "graph.yaml", "--sim", "--for", "8s", "--record", "moves.mcap"]) == 0
-    return tmp_path / "moves.mcap"
+    return graph / "moves.mcap"
 
 
 @pytest.mark.parametrize("node", ["arm", "boss"])
@@ -52,3 +58,52 @@ def test_all_parts_of_an_action_are_recorded(recording, capsys):
     found = {line.split()[0] for line in capsys.readouterr().out.splitlines() if "/_action/" in line}
     events = {f"/arm/move/_action/{each}/_service_event" for each in ("send_goal", "cancel_goal", "get_result")}
     assert found == events | {"/arm/move/_action/feedback", "/arm/move/_action/status"}
+
+
+QUICK_ARM = """
+from busflow import Node, RunningGoal, action
+from tests.actions.conftest import MoveTo
+
+
+class Arm(Node):
+    @action(MoveTo, "~/move")
+    async def move(self, goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+        for left in reversed(range(int(goal.request.angle))):
+            await self.clock.sleep(0.01)
+            goal.feedback(MoveTo.Feedback(left=left))
+        return MoveTo.Result(angle=goal.request.angle)
+"""
+FOLLOWING_BOSS = """
+from busflow import Node, action_client, publisher
+from busflow.msgs.std_msgs import Float64
+from tests.actions.conftest import MoveTo
+
+
+class Boss(Node):
+    move = action_client(MoveTo, "arm/move")
+    seen = publisher(Float64, "seen")
+
+    async def run(self) -> None:
+        for angle in (3, 2):
+            async with self.move.send(MoveTo.Goal(angle=angle)) as going:
+                async for feedback in going:
+                    self.seen.publish(Float64(data=feedback.left))
+                self.seen.publish(Float64(data=(await going.result()).angle))
+        async with self.move.send(MoveTo.Goal(angle=90)) as going:
+            async for feedback in going:
+                break
+        self.seen.publish(Float64(data=-1))
+"""
+
+
+@pytest.mark.parametrize("node", ["arm", "boss"])
+def test_random_identifiers_replay_as_recorded(graph, node, capsys):
+    """On the system's time a goal has another identifier in each run; its feedback reaches the client all the same."""
+    (graph / "arm.py").write_text(QUICK_ARM)
+    (graph / "boss.py").write_text(FOLLOWING_BOSS)
+    assert main(["run", "graph.yaml", "--for", "1s", "--record", "moves.mcap"]) == 0
+    late = "--time-tolerance=60s"  # a machine that is busy starts a run late
+    assert main(["replay", "moves.mcap", "graph.yaml", "--node", node, late]) == 0
+    out = capsys.readouterr().out
+    assert f"/{node}: the same as in" in out
+    assert ("8 on /seen" in out) == (node == "boss")

@@ -7,16 +7,17 @@ from __future__ import annotations
 
 import asyncio
 from collections import defaultdict
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from busflow.actions.names import GET_RESULT
+from busflow.actions.names import GET_RESULT, SEND_GOAL, action_of
 from busflow.errors import BusflowError
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.service_msgs import ServiceEventInfo
 from busflow.recording.replay.comparison import Check, Published
+from busflow.recording.replay.goals import SentGoals
 from busflow.runner.extension import Extension
 from busflow.runner.service_events import SUFFIX, client_gid, event_class
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from busflow.clock import Clock
     from busflow.interfaces.message import Message, ServiceType
     from busflow.recording.bag.channel import Channel, Entry
+    from busflow.recording.replay.history import Past
     from busflow.runner.graph import Graph
 
 _REPLAYER = "/_replay"
@@ -34,23 +36,26 @@ _REPLAYER = "/_replay"
 class Calls(Extension):
     """The services that a graph's nodes answer, and those that they call."""
 
-    def __init__(self, graph: Graph, check: Check, answered: Collection[str]) -> None:
+    def __init__(self, graph: Graph, check: Check, past: Past) -> None:
         """Prepare the calls of a graph; the caller attaches them to it.
 
         Args:
             graph: The nodes.
             check: Compares the recorded requests and answers with those of the replay.
-            answered: The services of which the recording has an answer.
+            past: The facts of the recording: the services that were answered, and the goals that were sent.
         """
         self._graph, self._check = graph, check
         members = graph.plan().members
         self._gids = {client_gid(each.runtime.full_name).tobytes(): each.runtime.full_name for each in members}
+        sent = {(service, self._gids[gid]): ids for (service, gid), ids in past.goals.items() if gid in self._gids}
+        self.goals: SentGoals = SentGoals(sent)
+        """The goals that the nodes send."""
         self._served: dict[str, type[ServiceType]] = {end.service: end.type for each in members for end in each.servers}
         called = {end.service: end.type for each in members for end in each.clients}
         self._stand_ins: dict[str, StandIn] = {
-            name: StandIn(name, service_type, check, graph.clock)
+            name: StandIn(name, service_type, check, graph.clock, self.goals)
             for name, service_type in called.items()
-            if name not in self._served and name in answered
+            if name not in self._served and name in past.answered
         }
         self._tasks: set[asyncio.Task[None]] = set()
         for name, service_type in self._served.items():
@@ -135,9 +140,12 @@ class _Server:
 class StandIn:
     """Answers for a node that does not run in the replay: a caller's nth call gets its nth recorded answer."""
 
-    def __init__(self, name: str, service_type: type[ServiceType], check: Check, clock: Clock) -> None:
+    def __init__(
+        self, name: str, service_type: type[ServiceType], check: Check, clock: Clock, goals: SentGoals
+    ) -> None:
         self.node = "the recording"
         self.type = service_type
+        self._name, self._goals = name, goals
         self._topic, self._check, self._clock = f"{name} (requests)", check, clock
         self._encode = TypeSupport(service_type.Request).encode
         self._event = event_class(service_type)
@@ -157,13 +165,20 @@ class StandIn:
 
     def accept(self, call: Call[Any, Any]) -> None:
         """Take a call, and answer it once the replay has reached the recorded answer."""
-        self._check.replayed(self._topic, Published(self._clock.now().nanoseconds, self._encode(call.request)))
         key = call.caller, self._made[call.caller]
         self._made[call.caller] += 1
+        if self._name.endswith(SEND_GOAL):
+            self._goals.send(self._name, *key, call.request.goal_id.uuid.tobytes())
+        self._check.replayed(self._topic, Published(self._clock.now().nanoseconds, self._recorded(call.request)))
         if key in self._answers:
             call.succeed(self._answers.pop(key))
         else:
             self._waiting[key] = call
+
+    def _recorded(self, request: Message) -> bytes:
+        """Return a request as the recording would have it."""
+        payload = self._encode(request)
+        return payload if action_of(self._name) is None else self._goals.as_recorded(payload)
 
     def withdraw(self, call: Call[Any, Any]) -> None:
         """Do nothing: an answer to a caller that no longer waits has no effect."""

@@ -7,10 +7,12 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
+from busflow.actions.names import SEND_GOAL
 from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.statistics import UNMATCHED
 from busflow.errors import BagError, MalformedMessage
 from busflow.msgs.rcl_interfaces import ParameterEvent
+from busflow.msgs.service_msgs import ServiceEventInfo
 from busflow.msgs.std_msgs import String
 from busflow.node.parameter_messages import plain_value
 from busflow.recording.bag.facts import mappings
@@ -109,6 +111,8 @@ class Past:
     """True if no tick has an earlier time than one before it: no clock was set back."""
     answered: set[str] = field(default_factory=set[str])
     """The services of which the recording has an answer."""
+    goals: dict[tuple[str, bytes], list[bytes]] = field(default_factory=dict[tuple[str, bytes], list[bytes]])
+    """The identifiers of the goals that were sent, by service and the client's gid."""
 
 
 def past_of(bag: Bag) -> Past:
@@ -124,10 +128,11 @@ def past_of(bag: Bag) -> Past:
     parameters: dict[str, dict[str, object]] = {}
     ticks: Counter[tuple[str, str]] = Counter()
     answered: set[str] = set()
+    goals: dict[tuple[str, bytes], list[bytes]] = {}
     first_tick, latest_ns, in_order = None, 0, True
     for entry in bag.entries(lambda channel: channel.topic in {PARAMETER_EVENTS, TICKS} or _is_call(channel)):
         if _is_call(entry.channel):
-            answered |= _answered(entry)
+            _add_call(entry, answered, goals)
         elif entry.channel.topic == TICKS:
             tick = tick_of(entry)
             if tick is not None:
@@ -141,7 +146,7 @@ def past_of(bag: Bag) -> Past:
         started_ns = first_tick.time_ns - first_tick.elapsed_ns
     simulated = facts is not None and facts.clock == "sim"
     seed = facts.seed if facts is not None and facts.seed is not None else 0
-    return Past(started_ns, simulated, seed, facts is not None, parameters, ticks, in_order, answered)
+    return Past(started_ns, simulated, seed, facts is not None, parameters, ticks, in_order, answered, goals)
 
 
 def change_of(entry: Entry) -> tuple[str, dict[str, object]]:
@@ -172,13 +177,18 @@ def _is_call(channel: Channel) -> bool:
     return channel.topic.endswith(SUFFIX)
 
 
-def _answered(entry: Entry) -> set[str]:
-    """Return the service if this event is an answer of it, else an empty set."""
+def _add_call(entry: Entry, answered: set[str], goals: dict[tuple[str, bytes], list[bytes]]) -> None:
+    """Add the service of which this event is an answer, or the goal that its request sends."""
+    service = entry.channel.topic.removesuffix(SUFFIX)
     try:
-        answer = entry.channel.plain(entry.payload)["response"]
-    except (BagError, MalformedMessage, LookupError, TypeError):
-        return set()
-    return {entry.channel.topic.removesuffix(SUFFIX)} if len(answer) else set()
+        event = entry.channel.plain(entry.payload)
+        if len(event["response"]):
+            answered.add(service)
+        elif service.endswith(SEND_GOAL) and event["info"]["event_type"] == ServiceEventInfo.REQUEST_RECEIVED:
+            client = service, bytes([*event["info"]["client_gid"]])
+            goals.setdefault(client, []).append(bytes([*event["request"][0]["goal_id"]["uuid"]]))
+    except (BagError, MalformedMessage, LookupError, TypeError, ValueError):
+        return
 
 
 def _event(entry: Entry) -> ParameterEvent:

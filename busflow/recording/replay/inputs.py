@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from busflow.actions.names import FEEDBACK
 from busflow.bus.qos import Durability, Liveliness, QoS, Reliability
 from busflow.errors import WouldBlock
 from busflow.recording.bag.offered_qos import offered
@@ -13,21 +14,25 @@ if TYPE_CHECKING:
     from busflow.bus.publisher import Publisher
     from busflow.bus.subscription import Subscription
     from busflow.recording.bag.channel import Channel, Entry
+    from busflow.recording.replay.goals import SentGoals
     from busflow.runner.graph import Graph
 
 
 class Inputs:
     """Publishers on the topics that a graph's nodes receive and that none of these nodes publishes."""
 
-    def __init__(self, graph: Graph, published: Collection[str], shares: Mapping[tuple[str, str], int]) -> None:
+    def __init__(
+        self, graph: Graph, published: Collection[str], shares: Mapping[tuple[str, str], int], goals: SentGoals
+    ) -> None:
         """Start without publishers.
 
         Args:
             graph: The nodes.
             published: The topics that the nodes publish themselves.
             shares: By node and topic, the number of messages that the node gets; without an entry it gets all.
+            goals: The goals that the nodes send, whose feedback is recorded.
         """
-        self._graph, self._published, self._shares = graph, published, shares
+        self._graph, self._published, self._shares, self._goals = graph, published, shares, goals
         self._publishers: dict[str, Publisher[Any]] = {}
         self.refused: dict[str, int] = {}
         """By topic, the number of messages for which a blocking queue had no room."""
@@ -49,12 +54,13 @@ class Inputs:
         known = [(each, self._shares.get((each.endpoint.node, each.topic))) for each in received]
         limited = [(each, share) for each, share in known if share is not None]
         all_limited = len(limited) == len(known)
+        is_feedback, as_now = channel.topic.endswith(FEEDBACK), self._goals.as_now
 
         def publish(entry: Entry) -> None:
             if all_limited and all(each.published >= share for each, share in limited):
                 return
             try:
-                publisher.publish(channel.decode(entry.payload, cls))
+                publisher.publish(channel.decode(as_now(entry.payload) if is_feedback else entry.payload, cls))
             except WouldBlock:
                 self.refused[channel.topic] = self.refused.get(channel.topic, 0) + 1
 

@@ -74,8 +74,8 @@ class Rerun:
         self._others, self._keep = others_publish, keep
         self._channels = {each.topic: each for each in bag.channels}
         self._published: dict[str, str] = {}
-        self._inputs = Inputs(graph, self._published, shares(bag, self._nodes))
-        self._calls = Calls(graph, check, past.answered)
+        self._calls = Calls(graph, check, past)
+        self._inputs = Inputs(graph, self._published, shares(bag, self._nodes), self._calls.goals)
         graph.attach(self._calls)
         self._roles: dict[Channel, tuple[Role, bool] | None] = {}
         self._initially_set: set[str] = set()
