@@ -1,4 +1,4 @@
-"""`busflow top`: shows a running graph live in the terminal: nodes, topics, rates, drops, queues and the log."""
+"""`busflow top`: shows a running graph live in the terminal: nodes, topics, rates, drops, queues, goals and the log."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Examples:
     help="Seconds between two updates.",
 )
 def top(run_name: str | None, interval: float) -> int:
-    """Watch a running graph: its nodes, its topics with rates and drops, and its log.
+    """Watch a running graph: its nodes, its topics with rates and drops, what became of goals, and its log.
 
     Keys: e echoes the chosen topic, p plots one of its numbers, space pauses, q ends.
     """

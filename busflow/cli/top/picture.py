@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
+from busflow.actions.accounts import action_accounts
 from busflow.cli.terminal.table import Column, bare
 from busflow.text import printable
 from busflow.wire.client.graph_view import GraphView, TopicView
@@ -55,6 +57,19 @@ TOPIC_COLUMNS = (
     Column("dropped"),
     Column("queued"),
 )
+ACTION_COLUMNS = (
+    Column("action"),
+    Column("goals"),
+    Column("rejected", goes=3),
+    Column("succeeded"),
+    Column("aborted"),
+    Column("canceled", goes=4),
+    Column("running"),
+    Column("queued", goes=2),
+    Column("left", goes=1),
+    Column("lost"),
+    Column("dropped", goes=5),
+)
 NODE_COLUMNS = (
     Column("node"),
     Column("state"),
@@ -101,6 +116,28 @@ def node_rows(now: Look) -> list[NodeRow]:
         for node in now.graph.nodes.values()
         if not node.hidden
     ]
+
+
+def action_rows(now: Look) -> list[tuple[str, ...]]:
+    """Return a row for each node that serves an action or sends it goals: what became of the goals, and lost feedback.
+
+    `goals` is the sum of `rejected` to `lost`; a column that an end does not count is empty.
+    """
+    found: dict[str, Counter[str]] = {}
+    for answer in now.graph.processes:
+        for action in action_accounts(answer.get("services", ())):
+            for arrow, ends in (("←", action["servers"]), ("→", action["clients"])):
+                for end in ends:
+                    name = printable(f"{action['name']} {arrow} {end['node']}")
+                    found.setdefault(name, Counter()).update(_goal_counts(end))
+    words = [column.title for column in ACTION_COLUMNS[1:]]
+    return [(name, *(str(counts.get(word, "")) for word in words)) for name, counts in sorted(found.items())]
+
+
+def _goal_counts(end: Mapping[str, Any]) -> dict[str, int]:
+    """Return the counts of an action's end by the columns that show them."""
+    names = {"received": "goals", "sent": "goals", "feedback_dropped": "dropped"}
+    return {names.get(word, word): count for word, count in end.items() if word != "node"}
 
 
 def _topic_row(topic: TopicView, now: Look, before: Look) -> TopicRow:

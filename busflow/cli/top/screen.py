@@ -21,9 +21,11 @@ from textual.widgets.data_table import RowDoesNotExist
 from busflow.cli.terminal.output import short_path
 from busflow.cli.terminal.table import Column, narrowed
 from busflow.cli.top.picture import (
+    ACTION_COLUMNS,
     NODE_COLUMNS,
     TOPIC_COLUMNS,
     Look,
+    action_rows,
     first_plotted,
     lines,
     node_rows,
@@ -54,6 +56,7 @@ class Top(App[None]):
     DataTable { height: auto; scrollbar-size-vertical: 1; }
     #body { height: 1fr; }
     #topics { max-height: 65%; }
+    #actions { display: none; max-height: 25%; }
     #nodes { height: 1fr; }
     #detail { display: none; width: 40%; border-left: solid $accent; padding: 0 1; }
     #log { height: auto; min-height: 2; max-height: 30vh; border-top: solid $accent; scrollbar-size-vertical: 1; }
@@ -93,6 +96,7 @@ class Top(App[None]):
         with Horizontal(id="body"):
             with Vertical(id="tables"):
                 yield DataTable[str](id="topics", cursor_type="row", zebra_stripes=True)
+                yield DataTable[str](id="actions", cursor_type="row")
                 yield DataTable[str](id="nodes", cursor_type="row")
             with Vertical(id="detail"):
                 yield Static("", id="message")
@@ -165,6 +169,9 @@ class Top(App[None]):
             now = self._looks[-1]
             self._fill("topics", TOPIC_COLUMNS, [row.cells() for row in topic_rows(now, self._looks[0])])
             self._fill("nodes", NODE_COLUMNS, [row.cells() for row in node_rows(now)])
+            actions = action_rows(now)
+            self._table("actions").display = bool(actions)
+            self._fill("actions", ACTION_COLUMNS, actions)
 
     def _fill(self, name: str, columns: Sequence[Column], rows: list[tuple[str, ...]]) -> None:
         """Update a table row by row, so that the cursor stays where it is."""
@@ -287,6 +294,6 @@ class Top(App[None]):
 
 def _style(table: str, column: str, cell: str) -> str:
     """Return the style of a cell, which highlights drops and failures."""
-    if column == "dropped" and cell not in ("", "0"):
+    if column in ("dropped", "lost") and cell not in ("", "0"):
         return "bold red"
     return _STATES.get(cell, "") if table == "nodes" and column == "state" else ""

@@ -2,7 +2,16 @@
 
 import pytest
 
-from busflow.cli.top.picture import Look, first_plotted, lines, node_rows, numbers, topic_rows
+from busflow.cli.top.picture import (
+    ACTION_COLUMNS,
+    Look,
+    action_rows,
+    first_plotted,
+    lines,
+    node_rows,
+    numbers,
+    topic_rows,
+)
 from busflow.wire.client.graph_view import view
 from busflow.wire.zenoh.keys import Token, TokenKind
 
@@ -31,6 +40,37 @@ def graph(published: int, *, queued: int = 0, dropped: int = 0, state: str = "ru
         token(TokenKind.PUBLISHER, 5, "camera", "/_hidden", image),
     ]
     return view(tokens, [{"process": "main", "pid": 1, "nodes": nodes, "topics": [topic]}])
+
+
+def process(*ends: tuple[str, str, dict[str, int]]):
+    """The answer of a process with ends of the action `/arm/move`: their side, node and counts."""
+    lines = {side: [{"node": node, **counts} for each, node, counts in ends if each == side] for side in _SIDES}
+    services = [{"name": "/arm/move/_action/send_goal", "type": "my_robot/action/MoveTo_SendGoal", **lines}]
+    return {"process": "", "pid": 1, "nodes": [], "topics": [], "services": services}
+
+
+_SIDES = ("servers", "clients")
+
+
+def test_each_end_of_an_action_is_a_row():
+    server = {"received": 9, "rejected": 1, "succeeded": 2, "aborted": 3, "running": 1, "queued": 2}
+    client = {"called": 8, "succeeded": 2, "left": 5, "lost": 1, "feedback_dropped": 4}
+    answers = [process(("servers", "/a\x1b", server)), process(*[("clients", "/boss", client)] * 2)]
+    columns = [column.title for column in ACTION_COLUMNS]
+    rows = [dict(zip(columns, row, strict=True)) for row in action_rows(Look(view([], answers), 0.0))]
+    assert [{word: cell for word, cell in row.items() if cell not in ("", "0")} for row in rows] == [
+        {"action": "/arm/move ← /a\\x1b", "goals": "9", **_texts(server)},
+        {"action": "/arm/move → /boss", "goals": "16", "succeeded": "4", "left": "10", "lost": "2", "dropped": "8"},
+    ]
+    assert (rows[0]["left"], rows[1]["queued"]) == ("", "")
+
+
+def _texts(counts: dict[str, int]) -> dict[str, str]:
+    return {word: str(count) for word, count in counts.items() if word != "received"}
+
+
+def test_run_without_actions_has_no_rows():
+    assert action_rows(Look(graph(1), 0.0)) == []
 
 
 def test_rate_is_computed_between_two_snapshots():

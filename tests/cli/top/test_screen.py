@@ -19,6 +19,25 @@ from busflow.cli.top.screen import Top
 from busflow.wire.client.client import join
 
 PATIENCE_S = 60.0
+ARM = """
+from busflow import Node, RunningGoal, action, action_client
+from busflow.msgs.example_interfaces import Fibonacci
+
+
+class Arm(Node):
+    count = action_client(Fibonacci, "~/count")
+
+    @action(Fibonacci, "~/count", when_busy="parallel")
+    async def on_count(self, goal: RunningGoal[Fibonacci]) -> Fibonacci.Result:
+        while goal.request.order:
+            await self.clock.sleep(3600)
+        return Fibonacci.Result()
+
+    async def run(self) -> None:
+        await self.count.run(Fibonacci.Goal())
+        self.log.info("works")
+        await self.count.run(Fibonacci.Goal(order=1))
+"""
 
 
 def rows(app: Top, name: str) -> dict[str, list[str]]:
@@ -132,6 +151,31 @@ def test_a_pause_keeps_the_picture_and_goes_on():
         await until(pilot, lambda: "paused" in text(app, "head"))
         await pilot.press("space")
         await until(pilot, lambda: "every 0.1 s" in text(app, "head"))
+
+    driven(play)
+
+
+def test_goals_are_shown_at_both_ends(stand: Callable[..., Any], monkeypatch: pytest.MonkeyPatch):
+    place, run = stand("goals", "name: goals\nplugins: [plugins]\nnodes: {arm: {plugin: arm}}\n", {"arm": ARM})
+    run.wait_for("works")
+    place.look(monkeypatch)
+
+    async def play(app: Top, pilot: Pilot[None]) -> None:
+        ends = [f"/arm/count {arrow} /arm" for arrow in "←→"]
+        await until(pilot, lambda: [*rows(app, "actions")] == ends)
+        table: DataTable[Any] = app.query_one("#actions", DataTable)
+        titles = [str(column.value) for column in table.columns]
+        await until(pilot, lambda: all(rows(app, "actions")[end][titles.index("running")] == "1" for end in ends))
+        assert {rows(app, "actions")[end][titles.index("succeeded")] for end in ends} == {"1"}
+        await until(pilot, lambda: table.size.height == 3)
+
+    driven(play)
+
+
+@pytest.mark.usefixtures("lab")
+def test_run_without_actions_has_no_table_of_them():
+    async def play(app: Top, _pilot: Pilot[None]) -> None:
+        assert not app.query_one("#actions", DataTable).display
 
     driven(play)
 
