@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import uuid
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.message import wants
@@ -14,7 +17,7 @@ from busflow.cli.options.run import complete_actions, full_type, joined, joins
 from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
 from busflow.cli.terminal.output import print_answer, print_found, print_line
 from busflow.cli.terminal.table import print_table, print_text
-from busflow.errors import ExitCode, InvalidInput, NoSuchTarget, Problem
+from busflow.errors import ExitCode, GoalRejected, InvalidInput, NoSuchTarget, Problem
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
@@ -137,6 +140,7 @@ def find(run: str | None, type_name: str, as_json: bool) -> None:
 @click.option("-f", "--feedback", is_flag=True, help="Also print the feedback.")
 @_timeout
 @wait_option
+@takes_interfaces
 @joins
 def send_goal(
     run: str | None,
@@ -161,12 +165,16 @@ def send_goal(
     with waiting.joined(run) as peer:
         if not as_json:
             click.echo("Waiting for an action server to become available...")
-        found = waiting.until(lambda: _of_type(peer, name, full_type(type_name, "action")), NoSuchTarget)
-        client = ActionPeer(peer, found)
+        client = waiting.until(
+            lambda: ActionPeer(peer, _of_type(peer, name, full_type(type_name, "action"))), NoSuchTarget
+        )
         goal = TypedValues(values, client.goal_type, shape_of(client.goal_type)).at(0)
         show = _Show(as_json=as_json)
         show.goal(client, goal)
-        with client.sent(goal, timeout_s=timeout_s, on_feedback=show.feedback if feedback else None) as going:
+        with (
+            show.rejected(),
+            client.sent(goal, timeout_s=timeout_s, on_feedback=show.feedback if feedback else None) as going,
+        ):
             try:
                 show.accepted(going)
                 state, result = going.result()
@@ -187,7 +195,16 @@ class _Show:
     def goal(self, client: ActionPeer, goal: Mapping[str, Any]) -> None:
         if not self._as_json:
             whole = client.goal_type.decode(client.goal_type.encode(goal))
-            click.echo(f"Sending goal:\n{_yaml(whole, client.goal_type)}")
+            click.echo(f"Sending goal:\n{_yaml(whole, client.goal_type, indent='     ')}")
+
+    @contextmanager
+    def rejected(self) -> Generator[None]:
+        try:
+            yield
+        except GoalRejected:
+            if not self._as_json:
+                click.echo("Goal was rejected.")
+            raise
 
     def accepted(self, going: PeerGoal) -> None:
         if self._as_json:
@@ -217,6 +234,7 @@ class _Show:
 
 @click.command(epilog=_EXAMPLES)
 @_name
+@takes_interfaces
 @joins
 def goals(run: str | None, name: str, as_json: bool) -> None:
     """List the goals of the action NAME with their states; those that ended lately too."""
@@ -243,6 +261,7 @@ def goals(run: str | None, name: str, as_json: bool) -> None:
 @click.argument("goal", metavar="[ID]", required=False)
 @click.option("--all", "all_", is_flag=True, help="Cancel all goals of the action.")
 @_timeout
+@takes_interfaces
 @joins
 def cancel(run: str | None, name: str, goal: str | None, all_: bool, timeout_s: float, as_json: bool) -> None:
     """Cancel the goal ID of the action NAME, or all of its goals. `goals NAME` shows the identifiers."""
@@ -265,6 +284,7 @@ def cancel(run: str | None, name: str, goal: str | None, all_: bool, timeout_s: 
 @click.option("--timeout", "timeout_s", type=DURATION, help="Stop with exit code 1 when nothing came for this time.")
 @wait_option
 @wants
+@takes_interfaces
 @joins
 def echo(
     run: str | None, name: str, count: int | None, timeout_s: float | None, wait_s: float | None, wanted: Wanted
@@ -272,11 +292,12 @@ def echo(
     """Print the feedback of all goals of the action NAME, until Ctrl-C."""
     from busflow.cli.topic.echoing import Echo
     from busflow.wire.client.actions import ActionPeer
+    from busflow.wire.client.known_type import known_type
 
     waiting = Waiting(wait_s)
     with waiting.joined(run) as peer:
         topic = ActionPeer(peer, waiting.until(lambda: _named(peer, name), NoSuchTarget)).feedback_topic
-        return Echo(peer, topic, peer.type(topic.types[0]), wanted).follow(count, timeout_s)
+        return Echo(peer, topic, known_type(peer, topic.types[0]), wanted).follow(count, timeout_s)
 
 
 def _named(peer: Peer, name: str) -> ActionView:
@@ -313,11 +334,11 @@ def _abridged(value: Any, type_: ForeignType | None = None) -> Any:
     return Abridger()(value, None if type_ is None else shape_of(type_))
 
 
-def _yaml(value: Any, type_: ForeignType | None = None) -> str:
+def _yaml(value: Any, type_: ForeignType | None = None, *, indent: str = "    ") -> str:
     """Return a message as indented YAML, as ROS 2's command prints it, with an empty line behind."""
     from busflow.cli.terminal.yaml_text import yaml_lines
 
-    return "".join(f"    {line}\n" for line in yaml_lines(_abridged(value, type_)))
+    return "".join(f"{indent}{line}\n" for line in yaml_lines(_abridged(value, type_)))
 
 
 def _counts(account: Mapping[str, Any]) -> list[str]:

@@ -142,11 +142,14 @@ def call(
     from busflow.cli.terminal.field_paths import shape_of
     from busflow.cli.terminal.one_line import python_form
     from busflow.cli.topic.typed_values import TypedValues
+    from busflow.wire.client.known_type import known_service
 
     waiting = Waiting(wait_s)
     with waiting.joined(run) as peer:
         kind = waiting.until(
-            lambda: peer.service(_asked(peer, name, full_type(type_name, "srv")).name), NoSuchTarget, ServiceUnavailable
+            lambda: known_service(peer, _asked(peer, name, full_type(type_name, "srv"))),
+            NoSuchTarget,
+            ServiceUnavailable,
         )
         shape = shape_of(kind.request)
         request = TypedValues(values, kind.request, shape).at(0)

@@ -2,15 +2,26 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from busflow.cli import main
+from busflow.definitions.library import Library
+from busflow.interfaces.encoding.description import rihs01
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.launchfile.model.interface_folders import name_folders
+from busflow.msgs.action_msgs import CancelGoal
+from busflow.wire.zenoh.keys import Token, TokenKind, topic_key
+from busflow.wire.zenoh.run_directory import find_run
+from busflow.wire.zenoh.session import open_session
+from tests.definitions.test_library import write
 
 Captured = pytest.CaptureFixture[str]
 
@@ -18,6 +29,7 @@ ARM = """
 import asyncio
 
 from busflow import ActionType, Message, Node, RunningGoal, action, action_client
+from busflow.msgs.example_interfaces import Fibonacci
 
 
 class MoveTo(ActionType, package="my_robot"):
@@ -30,6 +42,18 @@ class MoveTo(ActionType, package="my_robot"):
 
     class Feedback(Message):
         left: float = 0.0
+
+
+class Counting(Node):
+    '''The server of ROS 2's tutorials.'''
+
+    @action(Fibonacci, "/fibonacci")
+    async def count(self, goal: RunningGoal[Fibonacci]) -> Fibonacci.Result:
+        found = [0, 1]
+        for _ in range(goal.request.order - 1):
+            found.append(found[-1] + found[-2])
+            goal.feedback(Fibonacci.Feedback(sequence=found))
+        return Fibonacci.Result(sequence=found)
 
 
 class Arm(Node):
@@ -55,10 +79,20 @@ class Arm(Node):
 """
 
 
+LAUNCH = """
+name: room
+plugins: [plugins]
+nodes:
+  arm: {plugin: "arm:Arm"}
+  counting: {plugin: "arm:Counting"}
+"""
+HOLD = {"src/grip_msgs/action/Hold.action": "float64 seconds 2\n---\nbool held\n---\nfloat64 left\n"}
+
+
 @pytest.fixture(scope="module")
 def room(stand: Callable[..., Any]) -> Any:
     """The place of a run of an arm."""
-    place, run = stand("room", "name: room\nplugins: [plugins]\nnodes:\n  arm:\n    plugin: arm\n", {"arm": ARM})
+    place, run = stand("room", LAUNCH, {"arm": ARM})
     run.wait_for("works")
     return place
 
@@ -75,12 +109,16 @@ def asked(capsys: Captured, *command: str) -> tuple[int, str, str]:
     return code, out, err
 
 
+MOVE_TO = "my_robot/action/MoveTo"
+FIBONACCI = "example_interfaces/action/Fibonacci"
+
+
 @pytest.mark.parametrize(
     ("command", "printed"),
     [
-        ("list", "/arm/move\n/nobody/move\n"),
-        ("list -t", "/arm/move [my_robot/action/MoveTo]\n/nobody/move [my_robot/action/MoveTo]\n"),
-        ("list -c", "2\n"),
+        ("list", "/arm/move\n/fibonacci\n/nobody/move\n"),
+        ("list -t", f"/arm/move [{MOVE_TO}]\n/fibonacci [{FIBONACCI}]\n/nobody/move [{MOVE_TO}]\n"),
+        ("list -c", "3\n"),
         ("type arm/move", "my_robot/action/MoveTo\n"),
         ("find my_robot/MoveTo", "/arm/move\n/nobody/move\n"),
         ("info -c arm/move", "Action: /arm/move\nAction clients: 0\nAction servers: 1\n"),
@@ -96,6 +134,20 @@ def test_actions_are_shown_in_ros_words(capsys: Captured, command: str, printed:
     assert out.startswith(printed)
 
 
+def test_fibonacci_prints_what_ros_prints(capsys: Captured):
+    """Line by line what the tests of `ros2 action send_goal` expect of its own server."""
+    code, out, err = asked(capsys, "send_goal", "-f", "/fibonacci", FIBONACCI, "{order: 3}")
+    assert (code, err) == (0, "")
+    sequences = [[0, 1, 1], [0, 1, 1, 2]]
+    lists = [["    sequence:", *(f"    - {number}" for number in numbers), ""] for numbers in sequences]
+    assert re.sub("ID: [0-9a-f]{32}\n", "ID: #\n", out).splitlines() == [
+        *("Waiting for an action server to become available...", "Sending goal:", "     order: 3", ""),
+        *("Goal accepted with ID: #", ""),
+        *(line for each in lists for line in ("Feedback:", *each)),
+        *("Result:", *lists[-1], "Goal finished with status: SUCCEEDED"),
+    ]
+
+
 def test_goal_prints_its_way_as_in_ros(capsys: Captured):
     code, out, err = asked(capsys, "send_goal", "-f", "arm/move", "my_robot/action/MoveTo", "{angle: 2, name: up}")
     assert (code, err) == (0, "")
@@ -103,7 +155,7 @@ def test_goal_prints_its_way_as_in_ros(capsys: Captured):
     assert len(accepted.split()[-1]) == 32
     assert out.replace(accepted, "Goal accepted with ID: …") == (
         "Waiting for an action server to become available...\n"
-        "Sending goal:\n    angle: 2.0\n    name: up\n\n"
+        "Sending goal:\n     angle: 2.0\n     name: up\n\n"
         "Goal accepted with ID: …\n\n"
         "Feedback:\n    left: 1.0\n\nFeedback:\n    left: 0.0\n\n"
         "Result:\n    angle: 2.0\n\n"
@@ -130,6 +182,13 @@ def test_mistake_is_one_clear_error(capsys: Captured, command: list[str], code: 
     found, out, err = asked(capsys, *command)
     assert (found, said in out + err) == (code, True), out + err
     assert "Traceback" not in err
+
+
+def test_rejection_is_in_ros_words_with_its_reason(capsys: Captured):
+    _, out, err = asked(capsys, "send_goal", "arm/move", MOVE_TO, "{angle: 1e9}")
+    assert out.endswith("\n\nGoal was rejected.\n")
+    assert err == "error: the goal was rejected: out of reach\n"
+    assert asked(capsys, "send_goal", "--json", "arm/move", MOVE_TO, "{angle: 1e9}")[1] == ""
 
 
 def test_failed_goal_says_why_without_control_characters(capsys: Captured):
@@ -184,3 +243,61 @@ def test_killed_command_leaves_no_goal(capsys: Captured, room: Any):
         _, out, _ = asked(capsys, "goals", "arm/move", "--json")
         states = {each["id"]: each["state"] for each in json.loads(out)["goals"]}[goal]
         assert states in ("EXECUTING", "CANCELING", "CANCELED")
+
+
+class Stranger:
+    """A program in the run that is not busflow's and says nothing of its types, as a node of ROS 2: it holds things."""
+
+    def __init__(self, folder: Path) -> None:
+        """Serve the action `/stranger/hold`, whose definition is in a folder."""
+        self.session = open_session(find_run().directory, listen="stranger.sock")
+        self.files = Library([folder])
+        self.tokens: list[Any] = []
+        self.serve("send_goal", "grip_msgs/action/Hold_SendGoal", {"accepted": True})
+        self.serve("get_result", "grip_msgs/action/Hold_GetResult", {"status": 4, "result": {"held": True}})
+        self.serve("cancel_goal", "action_msgs/srv/CancelGoal", {"return_code": 1})
+
+    def serve(self, part: str, type_name: str, answer: dict[str, Any]) -> None:
+        """Give each request of a service this answer."""
+        service = f"/stranger/hold/_action/{part}"
+        if type_name in self.files:
+            type_hash, response = rihs01(self.files.description(type_name)), self.files.foreign(f"{type_name}_Response")
+            payload = response.encode(answer)
+        else:
+            type_hash = TypeSupport(CancelGoal).type_hash
+            payload = bytes(TypeSupport(CancelGoal.Response).encode(CancelGoal.Response(**answer)))
+        key = topic_key(service, type_name, type_hash)
+
+        def reply(query: Any) -> None:
+            query.reply(key, payload, attachment=query.attachment)
+
+        end = ("/", "stranger", service, type_name, type_hash, "::,10:,:,:,,")
+        token = Token(str(self.session.info.zid()), 0, len(self.tokens) + 1, TokenKind.SERVICE, *end)
+        self.tokens += [
+            self.session.declare_queryable(key, reply, complete=True),
+            self.session.liveliness().declare_token(str(token)),
+        ]
+
+
+@pytest.fixture
+def stranger(tmp_path: Path) -> Iterator[Path]:
+    """The folder of definition files that describe what the stranger serves."""
+    found = Stranger(write(tmp_path, HOLD) / "src")
+    yield tmp_path / "src"
+    found.session.close()
+    name_folders([])
+
+
+def test_definition_files_suffice_for_a_strange_server(capsys: Captured, stranger: Path):
+    goal = ("stranger/hold", "grip_msgs/action/Hold", "{seconds: 3}")
+    code, out, err = asked(capsys, "send_goal", "--wait", "60s", "--interfaces", str(stranger), *goal)
+    assert (code, err) == (0, "")
+    assert "Sending goal:\n     seconds: 3.0\n" in out
+    assert out.endswith("Result:\n    held: true\n\nGoal finished with status: SUCCEEDED\n")
+    code, _, err = asked(capsys, "cancel", "--all", "--interfaces", str(stranger), "stranger/hold")
+    assert (code, err) == (0, "")
+    name_folders([])
+    code, _, err = asked(capsys, "send_goal", *goal)
+    assert code == 2
+    assert "the run does not say what grip_msgs/action/Hold_SendGoal is; " in err
+    assert "--interfaces DIR adds types" in err

@@ -19,6 +19,7 @@ from busflow.errors import ActionGone, ActionUnavailable, GoalRejected, NoSuchTa
 from busflow.interfaces.encoding.description import assemble, rihs01, types_in
 from busflow.text import did_you_mean, printable
 from busflow.wire.client.graph_view import TopicView, is_hidden
+from busflow.wire.client.known_type import known_service, known_type
 from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, REMARKS, Attachment, topic_key
 
 if TYPE_CHECKING:
@@ -78,12 +79,14 @@ class ActionPeer:
         """Learn the action's types.
 
         Raises:
-            NoSuchTarget: no process of the run says what they are.
+            NoSuchTarget: it lacks one of its services.
+            UnknownType: neither the run nor a definition file says what they are.
         """
         self._peer = peer
         self.action: ActionView = action
+        graph = peer.graph()
         self._send, self._cancel, self._result = (
-            peer.service(action.name + suffix) for suffix in (SEND_GOAL, CANCEL_GOAL, GET_RESULT)
+            known_service(peer, graph.service(action.name + suffix)) for suffix in (SEND_GOAL, CANCEL_GOAL, GET_RESULT)
         )
         self.goal_type: ForeignType = _part(self._send.request, f"{action.types[0]}_Goal")
         self.result_type: ForeignType = _part(self._result.response, f"{action.types[0]}_Result")
@@ -118,7 +121,7 @@ class ActionPeer:
                 self._peer.settle()  # the server's process knows this client before its goal
                 yield self._begin(goal_id, goal, token.gid, arrived, timeout_s)
                 return
-            feedback = self._peer.type(topic.types[0])
+            feedback = known_type(self._peer, topic.types[0])
             with self._peer.listen(topic, feedback, on_arrival=arrived.set) as listener:
                 self._peer.settle()
                 going = self._begin(goal_id, goal, token.gid, arrived, timeout_s)
@@ -143,7 +146,7 @@ class ActionPeer:
     def goals(self) -> list[dict[str, Any]]:
         """Return the goals whose states the servers keep: `{id, state, accepted_ns}`, in their order."""
         topic = self._topic(STATUS, "action_msgs/msg/GoalStatusArray")
-        type_, found = self._peer.type("action_msgs/msg/GoalStatusArray"), dict[str, dict[str, Any]]()
+        type_, found = known_type(self._peer, "action_msgs/msg/GoalStatusArray"), dict[str, dict[str, Any]]()
         with self._peer.listen(topic, type_) as listener:
             for _ in topic.publishers:
                 received = listener.get(_LATCHED_S)
