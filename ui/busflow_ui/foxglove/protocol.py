@@ -92,6 +92,8 @@ class ClientChannel:
     encoding: str
     schema: str
     """Name of the type."""
+    definition: str = ""
+    """Definition of the type, if the client gives it as ROS 2 writes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,10 +259,16 @@ def _advertise(fields: Mapping[str, Any]) -> Advertise:
             ClientChannel(
                 _number(row.get("id"), "id"),
                 *(_word(row.get(word), word) for word in ("topic", "encoding", "schemaName")),
+                _definition(row),
             )
             for row in rows
         )
     )
+
+
+def _definition(row: Mapping[str, Any]) -> str:
+    """Return the definition of a client's channel; empty where it has none, or has it in another language."""
+    return _word(row.get("schema") or "", "schema") if row.get("schemaEncoding") in (None, "ros2msg") else ""
 
 
 def _set_parameters(fields: Mapping[str, Any]) -> SetParameters:

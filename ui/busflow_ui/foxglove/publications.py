@@ -46,14 +46,14 @@ class Publications:
 
         Raises:
             InvalidName: The topic's name is none.
-            UnknownType: Neither the run nor busflow has the type.
+            UnknownType: Neither the run nor busflow has the type, and the viewer does not define it.
             IncompatibleType: The topic has another one.
-            MalformedMessage: The number is in use, or the encoding is not offered.
+            MalformedMessage: The number is in use, the encoding is not offered, or the viewer's definition is none.
         """
         check_full_topic_name(channel.topic)
         if channel.id in self._open or len(self._open) >= _MOST:
             raise MalformedMessage(f"{channel.topic}: its number is in use, or {_MOST} topics are published already")
-        type_ = known_type(self._peer, _full(channel.schema))
+        type_ = known_type(self._peer, _full(channel.schema), definition=channel.definition)
         if channel.encoding not in (type_.encoding, "json"):
             offered = type_.encoding
             raise MalformedMessage(

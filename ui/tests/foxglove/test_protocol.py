@@ -19,7 +19,8 @@ from busflow_ui.foxglove.protocol import Level
 
 SCHEMA = "string data\n"
 VALUES = st.none() | st.integers() | st.text(max_size=3) | st.floats()
-WORDS = ["id", "channelId", "topic", "encoding", "schemaName", "name", "type", "value"]
+WORDS = ["id", "channelId", "topic", "encoding", "schemaName", "schema", "schemaEncoding", "name", "type", "value"]
+CHANNEL = {"id": 1, "topic": "/a", "encoding": "cdr", "schemaName": "p/T"}
 FIELDS = ["subscriptions", "subscriptionIds", "channels", "parameters", "parameterNames", "id"]
 
 
@@ -34,6 +35,17 @@ FIELDS = ["subscriptions", "subscriptionIds", "channels", "parameters", "paramet
                 "channels": [{"id": 1, "topic": "/a", "encoding": "cdr", "schemaName": "p/T", "schema": ""}],
             },
             protocol.Advertise((protocol.ClientChannel(1, "/a", "cdr", "p/T"),)),
+        ),
+        *(
+            (
+                {"op": "advertise", "channels": [{**CHANNEL, "schema": "int8 a", **encoding}]},
+                protocol.Advertise((protocol.ClientChannel(1, "/a", "cdr", "p/T", definition),)),
+            )
+            for encoding, definition in (
+                ({}, "int8 a"),
+                ({"schemaEncoding": "ros2msg"}, "int8 a"),
+                ({"schemaEncoding": "jsonschema"}, ""),
+            )
         ),
         ({"op": "unadvertise", "channelIds": [1]}, protocol.Unadvertise((1,))),
         ({"op": "getParameters", "parameterNames": ["/a.b"], "id": "x"}, protocol.GetParameters(("/a.b",), "x")),
@@ -81,6 +93,7 @@ def test_a_binary_frame_says_what_is_wanted():
         ('{"op": "subscribe", "subscriptions": [{"id": true, "channelId": 1}]}', "id is a number from 0"),
         ('{"op": "unsubscribe", "subscriptionIds": [4294967296]}', "subscriptionIds is a number from 0 to 4294967295"),
         ('{"op": "advertise", "channels": [{"id": 1, "topic": "/a", "encoding": "cdr"}]}', "schemaName is text"),
+        (json.dumps({"op": "advertise", "channels": [{**CHANNEL, "schema": 3}]}), "schema is text"),
         ('{"op": "getParameters", "parameterNames": [1]}', "parameterNames is text"),
         ('{"op": "getParameters", "parameterNames": "a"}', "parameterNames is a list"),
         (

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from busflow import Node, QoS, publisher, subscription
+from busflow.cli.commands import TopicView, known_type
 from busflow.errors import IncompatibleType, InvalidName, MalformedMessage, NoSuchTarget, UnknownType
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Int64, String
@@ -24,9 +25,10 @@ class Sink(Node):
         self.received += (number.data,)
 
 
-async def begin(looked: Any, publications: Publications, id_: int, topic: str, encoding: str, schema: str) -> None:
+async def begin(looked: Any, publications: Publications, id_: int, topic: str, encoding: str, *schema: str) -> None:
+    """Begin to publish; the schema is the name of a type, and its definition if the viewer has one."""
     graph = await looked.ask(looked.peer.graph)
-    await looked.ask(publications.begin, ClientChannel(id_, topic, encoding, schema), graph)
+    await looked.ask(publications.begin, ClientChannel(id_, topic, encoding, *schema), graph)
 
 
 async def test_messages_of_both_encodings_arrive(looked_at: Any):
@@ -50,10 +52,13 @@ async def test_messages_of_both_encodings_arrive(looked_at: Any):
         (("/numbers", "protobuf", INT64), MalformedMessage, "'protobuf' is not offered; publish cdr"),
         (("/text", "cdr", INT64), IncompatibleType, f"/text has the type std_msgs/msg/String, not {INT64}"),
         (("/new", "cdr", "std_msgs/msg/Absent"), UnknownType, "std_msgs/msg/Absent"),
+        (("/new", "cdr", "grip_msgs/msg/Grip", "int8"), MalformedMessage, "line 1, column 5: this field has no name"),
+        (("/new", "cdr", "grip_msgs/msg/*", "int8 a"), UnknownType, "is no name of a message type"),
+        (("/new", "cdr", "grip_msgs/msg/Grip[2]", "int8 a"), UnknownType, "is no name of a message type"),
     ],
 )
 async def test_impossible_publication_is_refused(
-    looked_at: Any, channel: tuple[str, str, str], error: type[Exception], why: str
+    looked_at: Any, channel: tuple[str, ...], error: type[Exception], why: str
 ):
     async with looked_at(Sink) as looked:
         publications = Publications(looked.peer)
@@ -61,6 +66,21 @@ async def test_impossible_publication_is_refused(
             await begin(looked, publications, 1, *channel)
         with pytest.raises(NoSuchTarget, match="nothing is published under the number 1"):
             publications.publish(1, b"{}")
+
+
+async def test_viewers_definition_makes_an_unknown_type(looked_at: Any):
+    async with looked_at(Sink) as looked:
+        publications = Publications(looked.peer)
+        definition = "float32 force\nFinger[] fingers\n===\nMSG: grip_msgs/Finger\nstring name\n"
+        await begin(looked, publications, 1, "/grip", "json", "grip_msgs/Grip", definition)
+        topic = TopicView("/grip", ("grip_msgs/msg/Grip",), (), ())
+        type_ = await looked.ask(lambda: known_type(looked.peer, "grip_msgs/msg/Grip", definition=definition))
+        with looked.peer.listen(topic, type_) as listener:
+            await looked.ask(looked.peer.settle)
+            publications.publish(1, b'{"force": 0.5, "fingers": [{"name": "left"}]}')
+            received = await looked.ask(listener.get, 60.0)
+        publications.close()
+    assert type_.decode(received.payload) == {"force": 0.5, "fingers": ({"name": "left"},)}
 
 
 async def test_a_number_in_use_is_refused(looked_at: Any):
