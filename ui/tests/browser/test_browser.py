@@ -135,6 +135,21 @@ def test_every_view_is_accessible(stage: Stage, theme: str):
     assert not serious, "\n".join(serious)
 
 
+DRAWS_PAST = """share => {
+    const canvas = document.querySelector('.plot-host canvas');
+    const {width, height} = canvas;
+    const colour = getComputedStyle(canvas).getPropertyValue('--series-1').match(/\\w\\w/g);
+    const line = colour.map(each => parseInt(each, 16));
+    const {data} = canvas.getContext('2d').getImageData(0, 0, width, height);
+    const columns = new Set();
+    for (let at = 0; at < data.length; at += 4) {
+        if (line.every((each, place) => Math.abs(data[at + place] - each) < 10)) columns.add(at / 4 % width);
+    }
+    return columns.size > share * (width - 80) - 40;
+}"""
+"""Whether the first line is drawn over this share of the plot."""
+
+
 def test_a_plot_moves(stage: Stage, screenshot: Keep):
     stage.view("Plot")
     field = stage.page.get_by_label("Add a line", exact=False).first
@@ -147,7 +162,7 @@ def test_a_plot_moves(stage: Stage, screenshot: Keep):
     stage.page.wait_for_function(
         "before => document.querySelector('.plot-host canvas').toDataURL() !== before", arg=before
     )
-    stage.page.wait_for_timeout(3000)  # for the picture: a line of some length
+    stage.page.wait_for_function(DRAWS_PAST, arg=0.1)  # for the picture
     screenshot(stage.page, "plot")
 
 
@@ -168,21 +183,6 @@ def test_a_killed_run_gives_way_to_the_next(stage: Stage, screenshot: Keep):
     stage.start()
     stage.page.wait_for_selector(".banner:has-text('has ended')", state="detached")
     stage.page.wait_for_selector('[data-edge="deliver /sensor_processor /imu/data"].flowing')
-
-
-DRAWS_PAST = """share => {
-    const canvas = document.querySelector('.plot-host canvas');
-    const {width, height} = canvas;
-    const colour = getComputedStyle(canvas).getPropertyValue('--series-1').match(/\\w\\w/g);
-    const line = colour.map(each => parseInt(each, 16));
-    const {data} = canvas.getContext('2d').getImageData(0, 0, width, height);
-    const columns = new Set();
-    for (let at = 0; at < data.length; at += 4) {
-        if (line.every((each, place) => Math.abs(data[at + place] - each) < 10)) columns.add(at / 4 % width);
-    }
-    return columns.size > share * (width - 80) - 40;
-}"""
-"""Whether the first line is drawn over this share of the plot."""
 
 
 def test_a_recording_is_scrubbed_to_a_known_value(stage: Stage, screenshot: Keep):

@@ -182,8 +182,7 @@ def test_a_plot_is_saved_as_table_and_picture(stage: Stage, tmp_path: Path):
         field = stage.page.get_by_label("Add a line", exact=False).first
         field.fill(FIELD)
         field.press("Enter")
-    main.locator(".legend, .plot", has_text=FIELD).first.wait_for()
-    stage.page.wait_for_timeout(500)  # some messages
+    main.locator(".legend tr", has_text=FIELD).locator("td", has_text=re.compile(r"\d")).first.wait_for()
     for name in ("CSV", "PNG"):
         with stage.page.expect_download() as saving:
             main.get_by_role("button", name=name, exact=True).click()
