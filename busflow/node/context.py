@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,5 +49,9 @@ class Surroundings:
     subscription_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
     parameter_source: Callable[[str], ValueSource | None] = lambda _name: None
     """The place in the launch file or on the command line of each parameter of this node, by dotted name."""
+    folder: Path = Path()
+    """The folder of the launch file that names the node's plugin; the working directory where there is none."""
+    packages: Mapping[str, Path] = field(default_factory=dict[str, Path])
+    """The folders of `packages:` of the launch file, by name."""
     life: int = 0
     """The number of restarts of the node."""

@@ -248,7 +248,8 @@ class ProcessGroup(Extension):
         self._directory = RunDirectory.claim(self._name)
         file = next((each.file for each in graph.descriptions), "")
         name, now_ns = self._directory.path.name, graph.clock.now().nanoseconds
-        self._card = RunCard(name, os.getpid(), now_ns, file, busflow.__version__)
+        packages = {key: str(path) for each in graph.descriptions for key, path in each.packages.items()}
+        self._card = RunCard(name, os.getpid(), now_ns, file, busflow.__version__, packages)
         self._membership = Membership(
             graph,
             self._directory.path,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.qos import QoS
-from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
+from busflow.errors import BusflowError, InvalidParameter, LaunchError, Place, PluginError, Problem, Severity
 from busflow.launchfile.check.endpoints import conflicts, unmatched_ends, unused_entries
 from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.supervision import supervision_problems
@@ -147,6 +147,8 @@ class Preflight:
                 publisher_qos=_layers(topics, spec.publishers, spec.name, spec.namespace),
                 subscription_qos=_layers(topics, spec.subscriptions, spec.name, spec.namespace),
                 parameter_source=partial(_source, spec),
+                folder=spec.folder,
+                packages=spec.packages,
             )
         what = f"{runtime.name} cannot declare its endpoints"
         if _guarded(plan, spec, what, lambda: (runtime.declare(around), member)) is not None:
@@ -157,6 +159,8 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
     """Run a plugin's own code; any exception becomes a problem, with the line that raised it."""
     try:
         return build()
+    except LaunchError as error:  # of a file that the node reads before the start, with a place of its own
+        plan.problems += error.problems
     except BusflowError as error:
         plan.problems.append(_in_code(error, f"{what}: {error}", spec.origin if spec else None))
     except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it becomes a problem

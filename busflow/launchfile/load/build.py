@@ -14,6 +14,7 @@ from busflow.errors import InvalidName
 from busflow.launchfile.load.build_network import network_of, unknown_machine
 from busflow.launchfile.load.fixed_frames import frames_nodes
 from busflow.launchfile.load.merge import Part
+from busflow.launchfile.load.packages import packages_of
 from busflow.launchfile.model.description import (
     ClockSpec,
     EndpointSpec,
@@ -45,10 +46,12 @@ class Builder:
     keys: LaunchKeys
     problems: Problems
     _profiles: dict[str, QoS] = field(default_factory=dict[str, QoS])
+    _packages: dict[str, Path] = field(default_factory=dict[str, Path])
 
     def build(self, name: str, files: tuple[Path, ...]) -> LaunchDescription:
         """Return the description of everything that is correct."""
         keys = self.keys
+        self._packages = packages_of(self.part.tree.members.get("packages"), self.problems)
         self._profiles = self._named_profiles(self.part.tree.section("qos"))
         nodes = [self._node(key, value) for key, value in self.part.tree.section("nodes").items()]
         clock = keys.clock
@@ -60,6 +63,7 @@ class Builder:
             arguments=self.part.arguments,
             folders=tuple(self.part.folders),
             interfaces=tuple(self.part.interfaces),
+            packages=self._packages,
             processes=tuple(self._processes()),
             network=network_of(keys, self.part.tree, self.problems),
             clock=ClockSpec(clock.mode, clock.start, clock.rate),
@@ -80,6 +84,10 @@ class Builder:
             if stated:
                 folders = [Value(str(folder.path.resolve()), folder.origin) for folder in stated]
                 members[key] = Value(list(folders), tree.origin)
+        if self._packages:
+            stated = members["packages"]
+            whole = {name: replace(stated.members[name], content=str(path)) for name, path in self._packages.items()}
+            members["packages"] = replace(stated, content=whole)
         ordered = {key: members[key] for key in ORDER if key in members}
         if "nodes" in ordered:  # the keys from a file's defaults stand first in an entry
             nodes = {key: _ordered(node) for key, node in ordered["nodes"].members.items()}
@@ -107,6 +115,7 @@ class Builder:
             plugin_origin=members["plugin"].origin,
             parameters=_mapping(members.get("parameters"), value),
             folders=tuple(dict.fromkeys([*own, *others])),
+            packages=self._packages,
             remap=tuple(self._remap(stated, value)),
             publishers=tuple(self._endpoints(value.section("publishers"))),
             subscriptions=tuple(self._endpoints(value.section("subscriptions"))),

@@ -22,9 +22,10 @@ _MOST_PORT = 65_535
 
 
 def anchored(tree: Value, folder: Path) -> Value:
-    """Return the keys of a file with its certificate paths joined to the file's folder."""
+    """Return the keys of a file with the paths of certificates and packages joined to the file's folder."""
     machines = (("machines", name, word) for name in tree.section("machines") for word in ("cert", "key"))
-    for path in (("network", "ca"), ("network", "cert"), ("network", "key"), *machines):
+    packages = (("packages", name) for name in tree.section("packages"))
+    for path in (("network", "ca"), ("network", "cert"), ("network", "key"), *machines, *packages):
         value = tree.find(path)
         if value is not None and isinstance(value.content, str) and value.content:
             target = os.path.normpath(folder / Path(value.content).expanduser())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from busflow.bus.names import resolve
 from busflow.launchfile.model.doubts import Doubt
-from busflow.launchfile.yaml.value import Origin, StatedPath, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath, Value
 from busflow.node.supervision import RestartPolicy, Supervision
 
 if TYPE_CHECKING:
@@ -132,6 +132,7 @@ class NodeSpec:
     plugin_origin: Origin
     parameters: Value  # a mapping, not validated yet: validate its `.data`
     folders: tuple[Path, ...] = ()  # plugin folders, those of the node's own file first
+    packages: Mapping[str, Path] = field(default_factory=dict[str, Path])  # those of the whole description
     remap: tuple[RemapSpec, ...] = ()
     publishers: tuple[EndpointSpec, ...] = ()
     subscriptions: tuple[EndpointSpec, ...] = ()
@@ -139,6 +140,12 @@ class NodeSpec:
     depends_origins: Mapping[str, Origin] = field(default_factory=dict[str, Origin])  # by the other node's full name
     process: str | None = None  # None: the main process, that of `busflow run` itself
     machine: str | None = None  # None: the main machine
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the file that names its plugin; the working directory if it is none."""
+        place = self.plugin_origin.place if self.plugin_origin.source is StatedBy.FILE else None
+        return Path(place.file).parent if place is not None else Path()
 
     @property
     def full_name(self) -> str:
@@ -183,6 +190,7 @@ class LaunchDescription:
     arguments: tuple[Argument, ...] = ()
     folders: tuple[StatedPath, ...] = ()  # plugin folders
     interfaces: tuple[StatedPath, ...] = ()  # folders of definition files
+    packages: Mapping[str, Path] = field(default_factory=dict[str, Path])  # folders that package:// addresses begin at
     processes: tuple[ProcessSpec, ...] = ()
     network: NetworkSpec | None = None  # None if everything is on one machine
     here: str | None = None  # this machine; None: the whole graph is checked or run as one

@@ -23,6 +23,7 @@ _NAMELESS = {
     "env",
     "clock",
     "frames",
+    "packages",
     "seed",
     "record",
     "expect",

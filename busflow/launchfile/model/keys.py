@@ -384,6 +384,10 @@ class ProfileKeys(GraphKeys):
         default_factory=dict[str, dict[str, FrameKeys]],
         description="Frames that never move, by parent and name; published on /tf_static.",
     )
+    packages: dict[str, str] = Field(
+        default_factory=dict[str, str],
+        description="Folders, relative to this file, that package://NAME/… in a robot's description means.",
+    )
     clock: ClockKeys = Field(default=ClockKeys(), description="The clock of the run.")
     seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
     record: Annotated[RecordKeys | None, BeforeValidator(_record_file)] = Field(
@@ -439,6 +443,7 @@ ORDER = (
         "machines",
         "network",
         "include",
+        "packages",
         "frames",
     ),
     *("namespace", "clock", "seed", "record", "expect", "shutdown"),

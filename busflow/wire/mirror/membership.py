@@ -139,7 +139,8 @@ class Inspection(Extension):
 
         name, process = directory.path.name, SOCKET.removesuffix(".sock")
         started_ns = SystemClock().now().nanoseconds  # wall time, whatever clock the graph has
-        card = RunCard(name, os.getpid(), started_ns, self._file, _version())
+        packages = {key: str(path) for each in self._graph.descriptions for key, path in each.packages.items()}
+        card = RunCard(name, os.getpid(), started_ns, self._file, _version(), packages)
         self._mirror = Mirror(self._graph, session, card, process, self._history)
         self._mirror.begin()
         directory.write_card(card)

@@ -57,6 +57,8 @@ class RunCard:
     file: str = ""
     """Absolute path of the launch file; empty if there is none."""
     version: str = ""
+    packages: Mapping[str, str] = field(default_factory=dict[str, str], hash=False)
+    """The folders of `packages:` of the launch file on this machine, by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -351,8 +353,9 @@ def _card(path: Path) -> RunCard | None:
             found: Any = json.loads(file.read(_CARD_BYTES))
         words = {field: found.get(field, "") for field in ("name", "file", "version")}
         numbers = {field: found[field] for field in ("pid", "since_ns")}
+        packages = {str(name): str(folder) for name, folder in found.get("packages", {}).items()}
     except (OSError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
         return None
     fits = all(type(word) is str for word in words.values())
     fits = fits and all(type(number) is int and 0 <= number < _LATEST_NS for number in numbers.values())
-    return RunCard(**words, **numbers) if fits else None
+    return RunCard(**words, **numbers, packages=packages) if fits else None
