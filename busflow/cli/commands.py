@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from busflow.cli.plugins import plugin_places
     from busflow.cli.terminal.output import print_answer, print_line
     from busflow.cli.terminal.output import print_message as tell
+    from busflow.description.packages import package_file
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.json_form import decode as decode_json
     from busflow.interfaces.encoding.json_form import finite
@@ -55,6 +56,7 @@ _HOMES = {
     "cli.param.changes": ("saved_parameters", "stated_parameters"),
     "cli.plugins": ("plugin_places",),
     "cli.terminal.output": ("print_answer", "print_line", "tell"),
+    "description.packages": ("package_file",),
     "interfaces.encoding.foreign": ("ForeignType",),
     "interfaces.encoding.json_form": ("decode_json", "finite"),
     "launchfile.model.description": ("Compression",),
@@ -107,6 +109,7 @@ __all__ = [
     "launch_key",
     "misfits",
     "order_nodes",
+    "package_file",
     "plugin_places",
     "print_answer",
     "print_line",

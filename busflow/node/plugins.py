@@ -39,6 +39,7 @@ GROUP = "busflow.nodes"
 
 _BUILT_IN = {
     "player": "busflow.recording.player.player:Player",
+    "robot_state_publisher": "busflow.description.robot_state_publisher:RobotStatePublisher",
     "static_frames": "busflow.frames.static_frames:StaticFrames",
 }
 _APART = {"assistant": "busflow-assistant", "page_index": "busflow-assistant"}

@@ -55,6 +55,7 @@ def test_names_and_summaries_are_listed(capsys: Captured):
         "listener": "Logs what it receives.",
         "talker": "Counts aloud.",
         "player": "Publishes a recording: every message on its topic, with the recorded QoS, in its order and time.",
+        "robot_state_publisher": "Publishes a robot's description, and where its links are as its joints move.",
         "static_frames": "Publishes frames that never move on `/tf_static`, as `frames:` of a launch file states them.",
     }
 

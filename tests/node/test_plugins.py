@@ -498,8 +498,8 @@ class TestInstalled:
 
 class TestBuiltIn:
     def test_player_is_listed_and_loaded(self):
-        player, frames = plugins.built_in()
-        assert frames.name == "static_frames"
+        player, robot, frames = plugins.built_in()
+        assert (robot.name, frames.name) == ("robot_state_publisher", "static_frames")
         assert (player.name, player.fault) == ("player", None)
         assert player.summary.startswith(plugins.load("player", []).__doc__.partition("\n")[0])
 

@@ -1,0 +1,300 @@
+"""Reads a robot from its URDF file; every mistake is a problem at its line.
+
+Links and joints make one tree, and each mesh and texture exists. What simulators and drivers read beside that
+(`gazebo`, `transmission`, `ros2_control`) is left alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from math import isfinite, sqrt
+from pathlib import Path
+from typing import cast
+
+from busflow.description.packages import SCHEME, package_file
+from busflow.description.robot import MOVES, Joint, JointKind, Robot
+from busflow.description.xml_file import Element, XmlFile
+from busflow.errors import LaunchError, NoSuchTarget, Problem
+from busflow.frames.rigid import Rigid, Vector, from_rpy
+from busflow.text import did_you_mean, printable, quoted
+
+MOST_PROBLEMS = 100
+_LIMITED = {JointKind.REVOLUTE, JointKind.PRISMATIC}
+"""The kinds that need limits."""
+_REMOTE = ("http://", "https://")
+"""Addresses that are the viewers' to read."""
+
+
+def read_robot(path: Path, packages: Mapping[str, Path]) -> Robot:
+    """Return the robot that a file describes.
+
+    Args:
+        path: The URDF file.
+        packages: The folders that `package://` addresses in it begin at, by name.
+
+    Raises:
+        LaunchError: With every mistake in it.
+    """
+    file = XmlFile(path)
+    reader = _Reader(file, packages)
+    robot = reader.robot()
+    if reader.problems:
+        raise LaunchError(reader.problems)
+    return robot
+
+
+class _Reader:
+    """Reads the elements of one file and collects the problems."""
+
+    def __init__(self, file: XmlFile, packages: Mapping[str, Path]) -> None:
+        self.problems: list[Problem] = []
+        self._file, self._packages = file, packages
+        self._links: dict[str, Element] = {}
+        self._joints: dict[str, Element] = {}
+        self._joint_of: dict[str, Joint] = {}
+        """By link, the joint that it hangs on."""
+
+    def robot(self) -> Robot:
+        """Return the robot; it is only whole where there are no problems."""
+        root = self._file.root
+        if self._needs_xacro(root):
+            return Robot("", "", (), "")
+        if root.tag != "robot":
+            message = f"the file holds a {printable(root.tag, limit=100)}, not a robot"
+            self._report("no-robot", message, "a URDF file begins with <robot name=…>", root)
+            return Robot("", "", (), "")
+        self._links = self._named(root, "link")
+        if not self._links:
+            self._report("no-link", "the robot has no link", 'add <link name="base_link"/>', root)
+        self._joints = self._named(root, "joint")
+        joints = [self._joint(name, element) for name, element in self._joints.items()]
+        joints = self._with_sources([each for each in joints if each is not None])
+        if not self.problems:
+            self._check_tree()
+        self._check_files(root)
+        roots = (link for link in self._links if link not in self._joint_of)
+        return Robot(root.attributes.get("name", ""), next(roots, ""), tuple(joints), self._file.text)
+
+    def _needs_xacro(self, root: Element) -> bool:
+        """Report the first element that only xacro understands; it would be run, and busflow runs no code of files."""
+        found = next((each for each in root.within() if each.tag.startswith("xacro:")), None)
+        if found is None:
+            return False
+        path = self._file.path
+        plain = f"{path.with_suffix('').name.removesuffix('.urdf')}.urdf"
+        if plain == path.name:
+            plain = f"expanded_{plain}"
+        message = f"<{printable(found.tag, limit=100)}> is xacro, a program that makes a URDF file; it is not run here"
+        fix = f"expand it first: xacro {printable(path.name)} > {printable(plain)}, and name {printable(plain)}"
+        self._report("xacro", message, fix, found)
+        return True
+
+    # Elements.
+
+    def _named(self, root: Element, tag: str) -> dict[str, Element]:
+        """Return the elements of a tag by name; report those without a name, and those whose name is taken."""
+        found: dict[str, Element] = {}
+        for each in root.all(tag):
+            name = each.attributes.get("name", "")
+            if not name:
+                self._report("missing-name", f"this {tag} has no name", f'write <{tag} name="…">', each)
+            elif name in found:
+                first = self._file.place(found[name], "name").line
+                message = f"two {tag}s are called {quoted(name)}; the first is in line {first}"
+                self._report("duplicate-name", message, "rename one of them", each, "name")
+            else:
+                found[name] = each
+        return found
+
+    def _joint(self, name: str, element: Element) -> Joint | None:
+        kind = self._kind(name, element)
+        parent, child = (self._end(name, element, tag) for tag in ("parent", "child"))
+        origin, axis = self._origin(element), self._axis(name, element)
+        if kind is None or parent is None or child is None:
+            return None
+        self._check_limit(name, kind, element)
+        joint = Joint(name, kind, parent, child, origin, axis, source=name)
+        if child in self._joint_of:
+            other = self._joint_of[child]
+            message = f"the link {quoted(child)} hangs on two joints, {quoted(other.name)} and {quoted(name)}"
+            place = self._file.place(self._joints[other.name]).line
+            self._report("two-parents", message, f"leave one out; the first is in line {place}", element, "name")
+            return None
+        self._joint_of[child] = joint
+        return joint
+
+    def _kind(self, name: str, element: Element) -> JointKind | None:
+        stated = element.attributes.get("type", "")
+        with suppress(ValueError):
+            return JointKind(stated)
+        what = f"{quoted(stated)} is no type of a joint" if stated else f"the joint {quoted(name)} has no type"
+        fix = did_you_mean(stated, JointKind) if stated else f"known: {', '.join(JointKind)}"
+        self._report("joint-type", what, fix, element, "type")
+        return None
+
+    def _end(self, name: str, element: Element, tag: str) -> str | None:
+        """Return the link at one end of a joint; None, and a problem, if it is none."""
+        end = element.first(tag)
+        link = end.attributes.get("link", "") if end is not None else ""
+        if end is None or not link:
+            message = f"the joint {quoted(name)} has no {tag}"
+            self._report("missing-link", message, f'add <{tag} link="…"/>', end or element)
+            return None
+        if link not in self._links:
+            message = f"there is no link {quoted(link)}, the {tag} of the joint {quoted(name)}"
+            fix = did_you_mean(link, self._links, none=f"add <link name={quoted(link)}/>")
+            self._report("unknown-link", message, fix, end, "link")
+            return None
+        return link
+
+    def _origin(self, element: Element) -> Rigid:
+        origin = element.first("origin")
+        if origin is None:
+            return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+        return (*self._triple(origin, "xyz"), *from_rpy(*self._triple(origin, "rpy")))
+
+    def _axis(self, name: str, element: Element) -> Vector:
+        axis = element.first("axis")
+        if axis is None:
+            return (1.0, 0.0, 0.0)
+        x, y, z = self._triple(axis, "xyz", default="1 0 0")
+        length = sqrt(x * x + y * y + z * z)
+        if not length:
+            message = f"the axis of the joint {quoted(name)} has no direction"
+            self._report("no-axis", message, 'write a direction: xyz="0 0 1"', axis, "xyz")
+            return (1.0, 0.0, 0.0)
+        return (x / length, y / length, z / length)
+
+    def _check_limit(self, name: str, kind: JointKind, element: Element) -> None:
+        limit = element.first("limit")
+        if kind in _LIMITED and limit is None:
+            fix = "add <limit lower=… upper=… effort=… velocity=…/>"
+            if kind is JointKind.REVOLUTE:
+                fix += ', or make it type="continuous"'
+            self._report("no-limit", f"the {kind} joint {quoted(name)} has no limits", fix, element, "type")
+        elif kind in _LIMITED and limit is not None:
+            lower, upper = self._number(limit, "lower"), self._number(limit, "upper")
+            if lower > upper:
+                message = f"the joint {quoted(name)} has the limits {lower:g} to {upper:g}"
+                self._report("limits", message, "lower comes first: exchange them", limit, "lower")
+
+    # Numbers.
+
+    def _triple(self, element: Element, attribute: str, default: str = "0 0 0") -> Vector:
+        values = [self._parsed(element, attribute, each) for each in element.attributes.get(attribute, default).split()]
+        if len(values) != 3:
+            message = f"{attribute} is three numbers, and here are {len(values)}"
+            self._report("bad-number", message, f'write {attribute}="{default}"', element, attribute)
+        elif None not in values:
+            x, y, z = cast("list[float]", values)
+            return (x, y, z)
+        return (0.0, 0.0, 1.0)
+
+    def _number(self, element: Element, attribute: str, default: float = 0.0) -> float:
+        stated = element.attributes.get(attribute)
+        return default if stated is None else self._parsed(element, attribute, stated) or 0.0
+
+    def _parsed(self, element: Element, attribute: str, text: str) -> float | None:
+        """Return a finite number; None, and a problem, if it is none."""
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if isfinite(value) and "_" not in text:
+            return value
+        fix = "xacro's ${…} is expanded first: xacro robot.xacro > robot.urdf" if "${" in text else None
+        self._report("bad-number", f"{quoted(text)} is no finite number", fix, element, attribute)
+        return None
+
+    # Joints that mimic others.
+
+    def _with_sources(self, joints: list[Joint]) -> list[Joint]:
+        """Return the joints, each with the joint whose position decides its own, however many lie between."""
+        by_name = {each.name: each for each in joints}
+        stated = {name: mimic for name, each in self._joints.items() if (mimic := each.first("mimic")) is not None}
+        return [self._with_source(each, by_name, stated) if each.name in stated else each for each in joints]
+
+    def _with_source(self, joint: Joint, joints: Mapping[str, Joint], stated: Mapping[str, Element]) -> Joint:
+        way, multiplier, offset = [joint.name], 1.0, 0.0
+        while (mimic := stated.get(way[-1])) is not None:
+            offset += multiplier * self._number(mimic, "offset")
+            multiplier *= self._number(mimic, "multiplier", 1.0)
+            source = mimic.attributes.get("joint", "")
+            if source in way:
+                if source == joint.name == next(name for name in self._joints if name in way):  # once for each loop
+                    names = " → ".join(map(printable, [*way, source]))
+                    self._report("mimic-loop", f"joints mimic each other: {names}", "leave one out", mimic, "joint")
+                return joint
+            if source not in joints or joints[source].kind not in MOVES:
+                if len(way) == 1:  # else it is that joint's problem
+                    self._report_source(source, joints, mimic)
+                return joint
+            way.append(source)
+        return replace(joint, source=way[-1], multiplier=multiplier, offset=offset)
+
+    def _report_source(self, source: str, joints: Mapping[str, Joint], mimic: Element) -> None:
+        moving = [name for name, each in joints.items() if each.kind in MOVES]
+        fix = did_you_mean(source, moving, none="leave it out")
+        if source in joints:
+            message = f"the {joints[source].kind} joint {quoted(source)} has no position to mimic"
+            self._report("unknown-joint", message, fix, mimic, "joint")
+        elif source not in self._joints:  # else it has a problem of its own
+            self._report("unknown-joint", f"there is no joint {quoted(source)} to mimic", fix, mimic, "joint")
+
+    # The tree.
+
+    def _check_tree(self) -> None:
+        """Report loops, and links beside the first that hang on nothing."""
+        seen: set[str] = set()
+        for link in self._links:
+            way, above = list[str](), link
+            while above in self._joint_of and above not in seen:
+                seen.add(above)
+                way.append(above)
+                above = self._joint_of[above].parent
+            if above in way:
+                self._report_loop(way[way.index(above) :])
+        first, *others = [link for link in self._links if link not in self._joint_of] or [""]
+        for link in others:
+            message = f"the links {quoted(first)} and {quoted(link)} both hang on nothing: a robot has one root"
+            fix = f"add a joint of which {quoted(link)} is the child, or leave it out"
+            self._report("two-roots", message, fix, self._links[link], "name")
+
+    def _report_loop(self, loop: list[str]) -> None:
+        names = " → ".join(map(printable, [*reversed(loop), loop[-1]]))
+        joint = self._joints[self._joint_of[loop[0]].name]
+        fix = "leave one of these joints out: a link has one way up"
+        self._report("loop", f"links hang on each other: {names}", fix, joint, "name")
+
+    # Files.
+
+    def _check_files(self, root: Element) -> None:
+        """Report meshes and textures of links and materials that are not there."""
+        for part in (*root.all("link"), *root.all("material")):
+            for each in part.within():
+                if each.tag in {"mesh", "texture"}:
+                    self._check_file(each)
+
+    def _check_file(self, element: Element) -> None:
+        address = element.attributes.get("filename", "")
+        if address.startswith(SCHEME):
+            try:
+                package_file(address, self._packages)
+            except NoSuchTarget as error:
+                name = printable(address.removeprefix(SCHEME).partition("/")[0], limit=100)
+                fix = None if name in self._packages else f"name its folder there: packages: {{{name}: ../{name}}}"
+                self._report("missing-file", str(error), fix, element, "filename")
+        elif address.startswith("file:///"):
+            if not Path(address.removeprefix("file://")).is_file():
+                self._report("missing-file", f"there is no file {quoted(address)}", None, element, "filename")
+        elif not address.startswith(_REMOTE):
+            message = f"no viewer finds {quoted(address)}: it does not say in which package"
+            fix = "write package://my_robot/PATH, and in the launch file packages: {my_robot: FOLDER}"
+            self._report("missing-file", message, fix, element, "filename")
+
+    def _report(self, code: str, message: str, fix: str | None, element: Element, attribute: str | None = None) -> None:
+        problem = Problem(code, message, fix, self._file.place(element, attribute))
+        if len(self.problems) < MOST_PROBLEMS and problem not in self.problems:
+            self.problems.append(problem)

@@ -1,0 +1,313 @@
+"""Robots in URDF: each mistake is found before the start, at its line: `urdf.py`, `xml_file.py` and `packages.py`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from busflow import Graph
+from busflow.description.packages import package_file
+from busflow.description.robot import JointKind
+from busflow.description.urdf import MOST_PROBLEMS, read_robot
+from busflow.description.xml_file import MOST_BYTES, MOST_DEPTH
+from busflow.errors import LaunchError, NoSuchTarget, Problem
+from busflow.launchfile.load.load import load
+
+LAUNCH = """\
+nodes:
+  robot_state_publisher:
+    plugin: robot_state_publisher
+    parameters: {description: robot.urdf}
+packages: {lab: meshes}
+"""
+
+
+def robot(*lines: str, links: str = "base arm hand") -> str:
+    """A robot of these links and lines, each on a line of its own: the first line is the second of the file."""
+    known = " ".join(f'<link name="{name}"/>' for name in links.split())
+    return "\n".join(["<robot name='r'>" + known, *lines, "</robot>"]) + "\n"
+
+
+def joint(inside: str = "", ends: str = "base arm", **attributes: str) -> str:
+    """A joint between two links; with `name` and `type`."""
+    parent, child = ends.split()
+    stated = " ".join(
+        f'{name}="{value}"' for name, value in ({"name": "elbow", "type": "continuous"} | attributes).items()
+    )
+    return f'<joint {stated}><parent link="{parent}"/><child link="{child}"/>{inside}</joint>'
+
+
+WRIST = joint(name="wrist", type="fixed", ends="arm hand")
+MESH = '<link name="extra"><visual><geometry><mesh filename="{}"/></geometry></visual></link>' + joint(
+    name="extra", ends="base extra"
+)
+
+BROKEN: dict[str, tuple[str, str, str]] = {
+    "an open element": ("<robot>\n<link name='a'>\n</@robot>", "mismatched tag", "link of line 2 is still open"),
+    "an empty file": ("@", "no element found", ""),
+    "a DOCTYPE": (
+        "<!DOCTYPE r @[<!ENTITY a SYSTEM '/etc/passwd'>]>\n<robot>&a;</robot>",
+        "may define entities",
+        "remove",
+    ),
+    "an entity": ("<robot>\n@&secret;</robot>", "undefined entity", ""),
+    "a world": ("<@sdf/>", "holds a sdf, not a robot", "<robot name"),
+    "xacro": (
+        robot('<@xacro:include filename="a.xacro"/>'),
+        "is not run here",
+        "xacro robot.urdf > expanded_robot.urdf",
+    ),
+    "no link": ("<@robot name='r'/>", "no link", "base_link"),
+    "a link without a name": (robot(joint(), WRIST, "<@link/>"), "this link has no name", "<link name="),
+    "two links of a name": (robot(joint(), WRIST, '<link name="@arm"/>'), "two links are called 'arm'", "rename"),
+    "two joints of a name": (robot(joint(), joint(name="@elbow", ends="arm hand")), "two joints are called", "rename"),
+    "a joint without a type": (
+        robot('<@joint name="elbow"><parent link="base"/><child link="arm"/></joint>', WRIST),
+        "the joint 'elbow' has no type",
+        "fixed, revolute",
+    ),
+    "an unknown type": (robot(joint(type="@revolut"), WRIST), "'revolut' is no type", "did you mean 'revolute'"),
+    "no parent": (
+        robot('<@joint name="elbow" type="fixed"><child link="arm"/></joint>', WRIST),
+        "the joint 'elbow' has no parent",
+        "<parent link=",
+    ),
+    "an unknown parent": (robot(joint(ends="@bse arm"), WRIST), "no link 'bse', the parent", "did you mean 'base'"),
+    "an unknown child": (robot(joint(), joint(name="wrist", ends="arm @hnd")), "no link 'hnd'", "did you mean 'hand'"),
+    "two parents": (
+        robot(joint(), WRIST, joint(name="@other", ends="base hand")),
+        "the link 'hand' hangs on two joints, 'wrist' and 'other'",
+        "the first is in line 3",
+    ),
+    "a loop": (
+        robot(joint(name="@a", ends="hand arm"), WRIST),
+        "links hang on each other: hand → arm → hand",
+        "one way up",
+    ),
+    "two roots": (
+        robot(joint(), links="base arm").replace("</robot>", '<link name="@hand"/></robot>'),
+        "'base' and 'hand' both hang on nothing",
+        "of which 'hand' is the child",
+    ),
+    "no limits": (
+        robot(joint(type="@revolute"), WRIST),
+        "joint 'elbow' has no limits",
+        'type="continuous"',
+    ),
+    "limits in disorder": (
+        robot(joint('<limit lower="@1" upper="-1"/>', type="prismatic"), WRIST),
+        "the limits 1 to -1",
+        "exchange",
+    ),
+    "an axis of no length": (robot(joint('<axis xyz="@0 0 0"/>'), WRIST), "has no direction", '"0 0 1"'),
+    "two numbers": (robot(joint('<origin xyz="@0 1"/>'), WRIST), "three numbers, and here are 2", "0 0 0"),
+    "a number that is none": (robot(joint('<origin xyz="0 0 0" rpy="@0 zero 0"/>'), WRIST), "'zero' is no finite", ""),
+    "an infinite number": (robot(joint('<axis xyz="@0 0 inf"/>'), WRIST), "'inf' is no finite number", ""),
+    "an expression": (robot(joint('<origin xyz="@0 0 ${h}"/>'), WRIST), "'${h}' is no finite number", "expanded first"),
+    "an unknown joint to mimic": (
+        robot(joint(), joint('<mimic joint="@elbw"/>', name="wrist", ends="arm hand")),
+        "no joint 'elbw' to mimic",
+        "did you mean 'elbow'",
+    ),
+    "a fixed joint to mimic": (
+        robot(joint(type="fixed"), joint('<mimic joint="@elbow"/>', name="wrist", ends="arm hand")),
+        "the fixed joint 'elbow' has no position",
+        "wrist",
+    ),
+    "joints that mimic each other": (
+        robot(joint('<mimic joint="wrist"/>'), joint('<mimic joint="@elbow"/>', name="wrist", ends="arm hand")),
+        "joints mimic each other: elbow → wrist → elbow",
+        "leave one out",
+    ),
+    "a mesh that is not there": (
+        robot(joint(), WRIST, MESH.format("@package://lab/forearm.stl")),
+        "no file 'forearm.stl' in the package lab",
+        "",
+    ),
+    "an unknown package": (
+        robot(joint(), WRIST, MESH.format("@package://labb/arm.stl")),
+        "names no package 'labb'",
+        "packages: {labb: ../labb}",
+    ),
+    "a mesh outside of its package": (
+        robot(joint(), WRIST, MESH.format("@package://lab/../robot.urdf")),
+        "'../robot.urdf' leads out of the package lab",
+        "",
+    ),
+    "a mesh of no package": (
+        robot(joint(), WRIST, MESH.format("@meshes/arm.stl")),
+        "does not say in which package",
+        "package://my_robot/PATH",
+    ),
+    "a file that is not there": (
+        robot(joint(), WRIST, MESH.format("@file:///nowhere/arm.stl")),
+        "there is no file 'file:///nowhere/arm.stl'",
+        "",
+    ),
+    "too many levels": ("<robot>\n" + "<a>" * (MOST_DEPTH - 1) + "@<a/>", "nest deeper than 32 levels", "six"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "lab.yaml").write_text(LAUNCH)
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes/arm.stl").write_bytes(b"solid")
+    return tmp_path
+
+
+def problems(folder: Path, text: str | bytes) -> list[Problem]:
+    """What is found before the start of a launch file that names this description."""
+    (folder / "robot.urdf").write_bytes(text.encode() if isinstance(text, str) else text)
+    return Graph([load(folder / "lab.yaml")]).plan().errors
+
+
+@pytest.mark.parametrize(("marked", "message", "fix"), BROKEN.values(), ids=BROKEN)
+def test_mistake_is_found_at_its_place(folder: Path, marked: str, message: str, fix: str):
+    before = marked.partition("@")[0]
+    (problem,) = problems(folder, marked.replace("@", "", 1))
+    assert problem.place is not None
+    assert (problem.place.line, problem.place.column) == (before.count("\n") + 1, len(before.rpartition("\n")[2]) + 1)
+    assert problem.place.file == str(folder / "robot.urdf")
+    assert [str(each) for each in problem.included_from] == [f"{folder / 'lab.yaml'}:4:31"]
+    assert message in problem.message
+    assert fix in (problem.fix or "")
+
+
+def test_error_shows_line_fix_and_launch_file(folder: Path, capsys: pytest.CaptureFixture[str]):
+    from busflow.cli import main
+
+    (folder / "robot.urdf").write_text(robot(joint(ends="bse arm"), WRIST))
+    assert main(["check", str(folder / "lab.yaml")]) == 3
+    shown = capsys.readouterr().out
+    assert f"{folder / 'robot.urdf'}:2:53: error: there is no link 'bse', the parent of the joint 'elbow'" in shown
+    assert f"  fix: did you mean 'base'?\n  included from {folder / 'lab.yaml'}:4:31\n" in shown
+
+
+def test_all_mistakes_of_a_file_are_found_together(folder: Path):
+    text = robot(joint('<origin xyz="0"/><axis xyz="0 0 0"/>', type="revolute"), WRIST, MESH.format("arm.stl"))
+    assert [each.code for each in problems(folder, text)] == ["bad-number", "no-axis", "no-limit", "missing-file"]
+    many = robot(*('<joint name="x" type="?"/>' for _ in range(2 * MOST_PROBLEMS)))
+    assert len(problems(folder, many)) == MOST_PROBLEMS
+
+
+@pytest.mark.parametrize(
+    ("content", "line", "column", "message"),
+    [
+        (b"<robot>\n <link name='\xff'/>\n</robot>", 2, 14, "this is not UTF-8"),
+        (b"<robot>" + b" " * MOST_BYTES + b"</robot>", 1, 1, "more than 4 MiB"),
+    ],
+    ids=["not UTF-8", "too large"],
+)
+def test_file_is_refused_as_a_whole(folder: Path, content: bytes, line: int, column: int, message: str):
+    (problem,) = problems(folder, content)
+    assert problem.place is not None
+    assert (problem.place.line, problem.place.column) == (line, column)
+    assert message in problem.message
+
+
+def test_missing_file_is_named_where_it_is_stated(folder: Path):
+    (problem,) = Graph([load(folder / "lab.yaml")]).plan().errors
+    assert problem.message == f"there is no file {folder / 'robot.urdf'}"
+    assert str(problem.place) == f"{folder / 'lab.yaml'}:4:31"
+
+
+def test_what_simulators_read_is_left_alone(folder: Path):
+    transmission = (
+        '<transmission name="t"><joint name="elbow"/><joint name="elbow"/><mesh filename="x"/></transmission>'
+    )
+    text = robot(joint(), WRIST, transmission, '<gazebo reference="arm"><link name="arm"/></gazebo>')
+    assert problems(folder, text.replace("'r'", "'r' xmlns:xacro='http://www.ros.org/wiki/xacro'")) == []
+
+
+def test_robot_is_read_with_its_tree_and_axes(folder: Path):
+    file = folder / "robot.urdf"
+    slides = '<origin xyz="1 2 3"/><axis xyz="0 0 2"/><limit lower="-1" upper="1"/>'
+    file.write_text(robot(joint(slides, type="prismatic"), WRIST))
+    found = read_robot(file, {})
+    elbow, wrist = found.joints
+    assert (found.name, found.root, found.text) == ("r", "base", file.read_text())
+    assert (elbow.kind, elbow.parent, elbow.child, elbow.axis) == (JointKind.PRISMATIC, "base", "arm", (0.0, 0.0, 1.0))
+    assert elbow.motion(0.5) == (1.0, 2.0, 3.5, 0.0, 0.0, 0.0, 1.0)
+    assert (wrist.kind, wrist.origin, wrist.source) == (JointKind.FIXED, (0, 0, 0, 0, 0, 0, 1), "wrist")
+
+
+def test_joint_that_mimics_a_mimic_follows_first(folder: Path):
+    file = folder / "robot.urdf"
+    file.write_text(
+        robot(
+            joint(),
+            joint('<mimic joint="elbow" multiplier="2" offset="0.5"/>', name="wrist", ends="arm hand"),
+            joint('<mimic joint="wrist" multiplier="-3" offset="0.25"/>', name="finger", ends="hand tip"),
+            links="base arm hand tip",
+        )
+    )
+    finger = read_robot(file, {}).joints[2]
+    assert (finger.source, finger.multiplier, finger.offset) == ("elbow", -6.0, -1.25)
+
+
+# Files in packages.
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "package://lab/arm.stl",
+        "package://lab/./arm.stl",
+        "package://lab/parts/../arm.stl",
+        "package://lab/parts/link.stl",
+        "package://lab/%61rm.stl",
+    ],
+)
+def test_file_of_a_package_is_found(folder: Path, address: str):
+    (folder / "meshes/parts").mkdir()
+    (folder / "meshes/parts/link.stl").symlink_to("../arm.stl")
+    assert package_file(address, {"lab": folder / "meshes"}) == (folder / "meshes/arm.stl").resolve()
+
+
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [
+        ("package://lab/../robot.urdf", "leads out of the package lab"),
+        ("package://lab/%2e%2e/robot.urdf", "leads out of the package lab"),
+        ("package://lab//etc/hostname", "leads out of the package lab"),
+        ("package://lab/../nothing", "leads out of the package lab"),
+        ("package://lab/outside.stl", "leads out of the package lab"),
+        ("package://lab/beside/secret.stl", "leads out of the package lab"),
+        ("package://lab/", "there is no file '' in the package lab"),
+        ("package://lab/pipe.stl", "there is no file 'pipe.stl' in the package lab"),
+        ("package://lab/a\x00b", r"there is no file 'a\\x00b' in the package lab"),
+        ("package://lab/loop.stl", "there is no file 'loop.stl' in the package lab"),
+        ("package://lab", "there is no file '' in the package lab"),
+        ("package://../lab/arm.stl", "names no package '..'"),
+        ("package:///etc/passwd", "names no package ''"),
+        ("file:///etc/passwd", "is no file of a package"),
+        ("/etc/passwd", "is no file of a package"),
+    ],
+)
+def test_address_that_leads_elsewhere_is_refused(folder: Path, address: str, message: str):
+    import os
+
+    meshes = folder / "meshes"
+    (folder / "robot.urdf").write_text("")
+    (folder / "meshes2").mkdir()
+    (folder / "meshes2/secret.stl").write_text("")
+    (meshes / "outside.stl").symlink_to("../robot.urdf")
+    (meshes / "beside").symlink_to("../meshes2")
+    (meshes / "loop.stl").symlink_to("loop.stl")
+    os.mkfifo(meshes / "pipe.stl")
+    with pytest.raises(NoSuchTarget) as refused:
+        package_file(address, {"lab": meshes})
+    assert message in str(refused.value)
+
+
+def test_folder_that_is_a_link_is_followed(folder: Path):
+    (folder / "linked").symlink_to("meshes")
+    assert package_file("package://lab/arm.stl", {"lab": folder / "linked"}) == (folder / "meshes/arm.stl").resolve()
+
+
+def test_mistakes_raise_one_error_with_all(folder: Path):
+    (folder / "robot.urdf").write_text("<robot/>")
+    with pytest.raises(LaunchError, match="no link"):
+        read_robot(folder / "robot.urdf", {})
