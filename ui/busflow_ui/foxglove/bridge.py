@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from websockets.frames import CloseCode
@@ -99,6 +100,8 @@ class Bridge:
         self.peer = peer
         self.catalogue = Catalogue(peer, Selection(topics), print_message)
         self.parameters = RunParameters(peer)
+        self.packages: Mapping[str, Path] = {name: Path(folder) for name, folder in peer.run.card.packages.items()}
+        """The folders out of which viewers get files."""
         seen = self.catalogue.look()
         self.catalogue.require_matches(seen.graph)
         self.catalogue.update(seen)
@@ -268,6 +271,7 @@ class Bridge:
         capabilities = [] if terms.only_asks else ["parameters", "parametersSubscribe", "connectionGraph"]
         capabilities += [] if terms.read_only else ["clientPublish", "services"]
         capabilities += ["time"] if self._has_clock else []
+        capabilities += ["assets"] if self.packages and not terms.only_asks else []
         capabilities += terms.capabilities
         card = self.peer.run.card
         return protocol.text(

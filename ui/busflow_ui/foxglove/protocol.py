@@ -19,11 +19,12 @@ from busflow.errors import MalformedMessage
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Subprotocols that a client may ask for, the newer first; viewers from before 2025 know the older one alone."""
 
-_DATA, _TIME, _CALL_ANSWERED = 1, 2, 3
+_DATA, _TIME, _CALL_ANSWERED, _ASSET = 1, 2, 3, 4
 _CLIENT_DATA, _CLIENT_CALL = 1, 2
 _DATA_HEAD = struct.Struct("<BIQ")
 _TIME_HEAD = struct.Struct("<BQ")
 _CALL_HEAD = struct.Struct("<BIII")
+_ASSET_HEAD = struct.Struct("<BIBI")
 _CLIENT_DATA_HEAD = struct.Struct("<BI")
 _MOST_ID = (1 << 32) - 1
 
@@ -64,6 +65,17 @@ def call_answered(service: int, call: int, encoding: str, payload: bytes) -> byt
     """Return a frame with the answer of a service."""
     word = encoding.encode()
     return _CALL_HEAD.pack(_CALL_ANSWERED, service, call, len(word)) + word + payload
+
+
+def asset(request: int, content: bytes) -> bytes:
+    """Return a frame with the content of a file that was asked for."""
+    return _ASSET_HEAD.pack(_ASSET, request, 0, 0) + content
+
+
+def asset_failed(request: int, reason: str) -> bytes:
+    """Return a frame with the reason why a file is not sent."""
+    text = reason.encode()
+    return _ASSET_HEAD.pack(_ASSET, request, 1, len(text)) + text
 
 
 # What a client sends.
@@ -159,6 +171,14 @@ class CallService:
     payload: bytes
 
 
+@dataclass(frozen=True, slots=True)
+class FetchAsset:
+    """Request for a file that a robot's description names."""
+
+    uri: str
+    request: int
+
+
 Request: TypeAlias = (
     Subscribe
     | Unsubscribe
@@ -170,6 +190,7 @@ Request: TypeAlias = (
     | FollowParameters
     | FollowGraph
     | CallService
+    | FetchAsset
 )
 
 
@@ -298,6 +319,9 @@ _READERS: Mapping[str, Callable[[Mapping[str, Any]], Request]] = {
     "setParameters": _set_parameters,
     "subscribeParameterUpdates": lambda fields: FollowParameters(_words(fields, "parameterNames"), on=True),
     "unsubscribeParameterUpdates": lambda fields: FollowParameters(_words(fields, "parameterNames"), on=False),
+    "fetchAsset": lambda fields: FetchAsset(
+        _word(fields.get("uri"), "uri"), _number(fields.get("requestId"), "requestId")
+    ),
     "subscribeConnectionGraph": lambda _: FollowGraph(on=True),
     "unsubscribeConnectionGraph": lambda _: FollowGraph(on=False),
 }

@@ -21,13 +21,15 @@ from busflow.clock import SystemClock
 from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceUnavailable
 from busflow.text import counted, printable
 from busflow_ui.foxglove import protocol
+from busflow_ui.foxglove.assets import AssetSender
 from busflow_ui.foxglove.connections import Connections
 from busflow_ui.foxglove.kept_log import ROSOUT, kept_log
 from busflow_ui.foxglove.protocol import Level
 from busflow_ui.foxglove.publications import Publications
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
+    from pathlib import Path
 
     from websockets.asyncio.server import ServerConnection
 
@@ -59,6 +61,7 @@ class ViewedRun(Protocol):
     graph: GraphView
     connections: Connections
     parameters: RunParameters
+    packages: Mapping[str, Path]
 
     async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
         """Ask the run a question, one after another."""
@@ -93,6 +96,7 @@ class Viewer:
         self._connection, self._run = connection, run
         self._subscriptions: dict[int, _Subscription] = {}
         self._publications = Publications(run.peer)
+        self._assets = AssetSender(connection, run)
         self._answers: deque[str | bytes] = deque()
         self._answer_bytes = 0
         self._calls: set[asyncio.Task[None]] = set()
@@ -121,6 +125,7 @@ class Viewer:
                         await self._on_message(message, is_taken)
                 for task in (sending, *self._calls):
                     task.cancel()
+                self._assets.end()
         finally:
             for each in list(self._subscriptions.values()):
                 self._end(each)
@@ -264,6 +269,21 @@ class Viewer:
             case protocol.Unsubscribe(ids):
                 for id_ in ids:
                     self._unsubscribe(id_)
+            case protocol.Publish() | protocol.Advertise() | protocol.Unadvertise():
+                await self._do_with_publications(request)
+            case protocol.FollowGraph(on):
+                self._follow_graph(on=on)
+            case protocol.CallService():
+                self._begin_call(request)
+            case protocol.FetchAsset():
+                self._assets.begin(request, self._tasks)
+            case _:
+                await self._do_with_parameters(request)
+
+    async def _do_with_publications(
+        self, request: protocol.Publish | protocol.Advertise | protocol.Unadvertise
+    ) -> None:
+        match request:
             case protocol.Publish(id_, payload):
                 self._require_writable("publish")
                 self._publications.publish(id_, payload)
@@ -276,12 +296,6 @@ class Viewer:
             case protocol.Unadvertise(ids):
                 for id_ in ids:
                     self._publications.end(id_)
-            case protocol.FollowGraph(on):
-                self._follow_graph(on=on)
-            case protocol.CallService():
-                self._begin_call(request)
-            case _:
-                await self._do_with_parameters(request)
 
     async def _do_with_parameters(
         self, request: protocol.GetParameters | protocol.SetParameters | protocol.FollowParameters

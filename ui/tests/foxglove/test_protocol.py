@@ -64,6 +64,7 @@ FIELDS = ["subscriptions", "subscriptionIds", "channels", "parameters", "paramet
         ({"op": "setParameters", "parameters": [{"name": "a"}]}, protocol.SetParameters({"a": None}, None)),
         ({"op": "subscribeParameterUpdates", "parameterNames": ["a"]}, protocol.FollowParameters(("a",), on=True)),
         ({"op": "unsubscribeParameterUpdates", "parameterNames": []}, protocol.FollowParameters((), on=False)),
+        ({"op": "fetchAsset", "uri": "package://a/b.stl", "requestId": 7}, protocol.FetchAsset("package://a/b.stl", 7)),
         ({"op": "subscribeConnectionGraph"}, protocol.FollowGraph(on=True)),
         ({"op": "unsubscribeConnectionGraph"}, protocol.FollowGraph(on=False)),
     ],
@@ -84,10 +85,9 @@ def test_a_binary_frame_says_what_is_wanted():
         ("[" * 100_000, "a text frame is a JSON object"),
         ("[]", "a text frame is a JSON object"),
         ('{"op": ["subscribe"]}', "nothing is known"),
-        (
-            '{"op": "fetchAsset", "uri": "package://x", "requestId": 1}',
-            "nothing is known of the operation 'fetchAsset'",
-        ),
+        ('{"op": "fetchAsset", "uri": "package://x"}', "requestId is a number from 0"),
+        ('{"op": "fetchAsset", "uri": 1, "requestId": 1}', "uri is text"),
+        ('{"op": "playbackControlRequest"}', "nothing is known of the operation 'playbackControlRequest'"),
         ('{"op": "subscribe"}', "subscriptions is a list of objects"),
         ('{"op": "subscribe", "subscriptions": [1]}', "subscriptions is a list of objects"),
         ('{"op": "subscribe", "subscriptions": [{"id": true, "channelId": 1}]}', "id is a number from 0"),
@@ -154,6 +154,7 @@ class Theirs:
             context=self.context,
             server_listener=self,
             supported_encodings=["cdr"],
+            asset_handler=lambda uri: b"solid" if uri == "package://lab/arm.stl" else None,
             capabilities=[capability.Parameters, capability.ConnectionGraph, capability.Time, capability.Services],
         )
         self.channel = foxglove.Channel(
@@ -258,3 +259,16 @@ def test_calls_are_answered_as_foxgloves_own_server_does(theirs: Theirs):
         client.send(struct.pack("<BIII", 2, 99, 8, 3) + b"cdr")
         failure = protocol.text("serviceCallFailure", serviceId=99, callId=8, message="Unknown service")
         assert json.loads(client.recv(timeout=60)) == json.loads(failure)
+
+
+def test_files_are_sent_as_foxgloves_own_server_does(theirs: Theirs):
+    with theirs.connecting as client:
+        told = [json.loads(client.recv(timeout=60)) for _ in range(2)]
+        assert "assets" in told[0]["capabilities"]
+        client.send(json.dumps({"op": "fetchAsset", "uri": "package://lab/arm.stl", "requestId": 7}))
+        assert client.recv(timeout=60) == protocol.asset(7, b"solid")
+        client.send(json.dumps({"op": "fetchAsset", "uri": "package://lab/none.stl", "requestId": 8}))
+        theirs_failed = client.recv(timeout=60)
+        reason = theirs_failed[10:].decode()
+        assert reason
+        assert theirs_failed == protocol.asset_failed(8, reason)

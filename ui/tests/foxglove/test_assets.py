@@ -1,0 +1,161 @@
+"""Files for viewers, out of the folders of `packages:` alone; and the humanoid, as a viewer sees it in 3D."""
+
+import re
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from busflow.errors import NoSuchTarget
+from busflow_ui.foxglove.assets import EXTENSIONS, read_asset
+from tests.cli.conftest import standing
+from ui.tests.foxglove.test_command import PATIENCE_S, Client, Served, serving
+
+HUMANOID = Path(__file__).parents[3] / "configs/humanoid_3d.yaml"
+LAUNCH = f"include: [{{file: {HUMANOID}, args: {{rate_hz: 20}}}}]\npackages: {{lab: meshes}}\n"
+
+
+@pytest.fixture
+def packages(tmp_path: Path) -> dict[str, Path]:
+    """A folder of a package, with things in and beside it that viewers must not get."""
+    return {"lab": furnished(tmp_path)}
+
+
+def furnished(folder: Path) -> Path:
+    meshes = folder / "meshes"
+    (meshes / "inner").mkdir(parents=True)
+    (meshes / "inner/arm.STL").write_bytes(b"solid arm")
+    (meshes / "key.pem").write_text("secret")
+    (folder / "beside.stl").write_text("secret")
+    (meshes / "out.stl").symlink_to("../beside.stl")
+    (meshes / "key.stl").symlink_to("key.pem")
+    return meshes
+
+
+def test_mesh_is_read_whatever_its_case(packages: dict[str, Path]):
+    assert read_asset("package://lab/inner/arm.STL", packages) == b"solid arm"
+
+
+@pytest.mark.parametrize(
+    ("uri", "reason"),
+    [
+        ("package://lab/../beside.stl", "leads out of the package lab"),
+        ("package://lab/out.stl", "leads out of the package lab"),
+        ("package://lab/%2e%2e/beside.stl", "leads out of the package lab"),
+        ("package://lab/key.pem", "is no mesh, texture or description; these are sent: .bmp .dae"),
+        ("package://lab/key.stl", "is no mesh, texture or description"),
+        ("package://lab/inner", "there is no file 'inner' in the package lab"),
+        ("package://lib/arm.stl", "names no package 'lib' under packages:; did you mean 'lab'?"),
+        ("file:///etc/passwd", "is no file of a package"),
+        ("https://example.org/arm.stl", "is no file of a package"),
+    ],
+)
+def test_what_is_not_named_is_refused(packages: dict[str, Path], uri: str, reason: str):
+    with pytest.raises(NoSuchTarget) as refused:
+        read_asset(uri, packages)
+    assert reason in str(refused.value)
+    assert str(packages["lab"].parent) not in str(refused.value)
+
+
+def test_file_of_the_largest_size_is_sent(packages: dict[str, Path]):
+    (packages["lab"] / "large.stl").write_bytes(b"x" * 1024)
+    assert len(read_asset("package://lab/large.stl", packages, most_bytes=1024)) == 1024
+    with pytest.raises(NoSuchTarget, match="has more than 0 MiB; make the mesh coarser"):
+        read_asset("package://lab/large.stl", packages, most_bytes=1023)
+
+
+# A viewer of the humanoid.
+
+
+@pytest.fixture(scope="module")
+def served_humanoid(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """The humanoid, with a package beside it, served."""
+    folder = tmp_path_factory.mktemp("humanoid")
+    furnished(folder)
+    with standing(folder, "lab", LAUNCH, {}) as (place, run):
+        run.wait_for("All sensors operational")
+        with serving(place) as found:
+            yield found
+
+
+@pytest.fixture
+def viewer(served_humanoid: Served) -> Iterator[Client]:
+    """A viewer that comes late."""
+    with served_humanoid.clients:
+        yield served_humanoid.client()
+
+
+class Reader:
+    """Decodes a channel's messages by the schema that it was announced with, as a viewer does."""
+
+    def __init__(self, client: Client, topic: str, id_: int) -> None:
+        self._client, self._id = client, id_
+        client.subscribe(topic, id_)
+        channel = client.channels[topic]
+        self._type, self._store = channel["schemaName"], get_typestore(Stores.EMPTY)
+        self._store.register(get_types_from_msg(channel["schema"], self._type))
+
+    def read(self) -> Any:
+        return self._store.deserialize_cdr(self._client.message(self._id)["payload"], self._type)
+
+
+def test_late_viewer_sees_the_whole_humanoid_move(viewer: Client):
+    description = Reader(viewer, "/robot_description", 1).read().data
+    links = set(re.findall(r'<link name="(\w+)"', description))
+    assert len(links) == 37
+    fixed, moving = Reader(viewer, "/tf_static", 2).read(), Reader(viewer, "/tf", 3)
+    first, *later = (moving.read() for _ in range(20))
+    parents = {each.child_frame_id: each.header.frame_id for each in (*fixed.transforms, *first.transforms)}
+    assert parents.keys() == links - {"pelvis"}
+    assert all(root(link, parents) == "pelvis" for link in links)
+    began = {each.child_frame_id: turn(each) for each in first.transforms}
+    assert len(began) == 31
+    then = [(each.child_frame_id, turn(each)) for found in later for each in found.transforms]
+    assert {link for link, turned in then if turned != began[link]} == began.keys()
+
+
+def root(link: str, parents: dict[str, str]) -> str:
+    return root(parents[link], parents) if link in parents else link
+
+
+def turn(transform: Any) -> tuple[float, ...]:
+    rotation = transform.transform.rotation
+    return rotation.x, rotation.y, rotation.z, rotation.w
+
+
+def test_viewer_gets_meshes_and_nothing_else(viewer: Client):
+    assert "assets" in viewer.info["capabilities"]
+    asked = ["lab/inner/arm.STL", "lab/../beside.stl", "lab/out.stl", "lab/key.pem", "lab/nothing.stl"]
+    for number, path in enumerate(asked, 100):
+        viewer.ask("fetchAsset", uri=f"package://{path}", requestId=number)
+    answers = [fetched(viewer) for _ in asked]
+    assert answers[0] == (100, 0, "", b"solid arm")
+    assert [(number, status, content) for number, status, _, content in answers[1:]] == [
+        (number, 1, b"") for number in range(101, 105)
+    ]
+    assert [reason for *_, reason, _ in answers[1:]] == [
+        "'../beside.stl' leads out of the package lab",
+        "'out.stl' leads out of the package lab",
+        f"'package://lab/key.pem' is no mesh, texture or description; these are sent: {' '.join(sorted(EXTENSIONS))}",
+        "there is no file 'nothing.stl' in the package lab",
+    ]
+
+
+def fetched(client: Client) -> tuple[int, int, str, bytes]:
+    """The next file that comes: its request, whether it failed, why, and the content."""
+    while True:
+        frame = client.socket.recv(timeout=PATIENCE_S)
+        if isinstance(frame, bytes) and frame[0] == 4:
+            _, request, status, length = struct.unpack_from("<BIBI", frame)
+            return request, status, frame[10 : 10 + length].decode(), frame[10 + length :]
+
+
+def test_run_without_packages_offers_no_files(lab1: Any):
+    with serving(lab1[0]) as served:
+        client = served.client()
+        assert "assets" not in client.info["capabilities"]
+        client.ask("fetchAsset", uri="package://lab/arm.stl", requestId=1)
+        assert fetched(client)[:3] == (1, 1, "the launch file names no package 'lab' under packages:; it names none")
