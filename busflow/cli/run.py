@@ -22,6 +22,7 @@ Examples:
   busflow run configs/lab1.yaml rate_hz:=50 --set nodes.sensor_publisher.parameters.noise.imu=0.5 --seed 7
   busflow run configs/lab1.yaml --record run.mcap
   busflow run configs/lab1.yaml --watch
+  busflow run configs/lab1.yaml --ros2
   busflow run --plugin sensor_publisher rate_hz:=50 noise.imu:=0.5 --for 5s
   busflow run configs/lab1.yaml --help"""
 
@@ -59,6 +60,7 @@ Examples:
     help="The event loop of every process of the run; uvloop is an extra.",
 )
 @click.option("--machine", metavar="NAME", help="Run FILE's nodes on this machine; else those on no machine.")
+@click.option("--ros2", is_flag=True, help="Let nodes of ROS 2 (rmw_zenoh) on this machine take part.")
 @click.option("--processes", type=click.Choice(["file", "auto"]), default="file", help="auto: one for each node.")
 @click.option("--one-process", is_flag=True, help="All nodes in one process, whatever FILE says.")
 @click.option("--process", hidden=True, help="How busflow starts the processes of a run.")

@@ -17,9 +17,11 @@ from busflow.cli.terminal.output import colour, json_text, outcome_printed, prin
 from busflow.cli.terminal.run_summary import print_summary
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Stray
 from busflow.launchfile.check.machine import on_machine
-from busflow.launchfile.model.description import RecordSpec
+from busflow.launchfile.model.description import ClockMode, LaunchDescription, RecordSpec
 from busflow.launchfile.model.placement import ProcessLayout, placed
+from busflow.launchfile.model.ros2 import Ros2Spec
 from busflow.log import console_sink, json_sink
+from busflow.ros2 import ros2_network
 from busflow.runner.graph import Graph
 from busflow.runner.live_edit import FileWatch
 from busflow.runner.loops.choice import chosen_loop
@@ -54,6 +56,7 @@ class Run:
         watchdog_s: float | None = None,
         watch: bool = False,
         event_loop: str = "busflow",
+        ros2: bool = False,
     ) -> None:
         """Prepare a run; its log goes to standard error, for people or as JSON."""
         # Standard error is None where the shell closed it: `2>&-`.
@@ -67,7 +70,8 @@ class Run:
         self._outer = dict(os.environ)  # each process of the run reads the launch file with these variables
         self._given = given
         whole, together = given.description(), sim or ProcessLayout(spread) is ProcessLayout.ONE
-        self._description = description = on_machine(whole, machine, together=together or is_simulated(whole))
+        description = on_machine(whole, machine, together=together or is_simulated(whole))
+        self._description = description = _with_ros2(description, ros2=ros2, sim=sim, inspect=inspect)
         self._name = name or description.name
         self._record = _record_spec(description.record, record, record_topics)
         self._simulated = sim or is_simulated(description)
@@ -138,7 +142,7 @@ class Run:
         if self._inspect is not False:
             from busflow.wire.mirror.membership import inspectable
 
-            inspectable(graph, self._inspect)
+            inspectable(graph, self._inspect, network=ros2_network(graph.descriptions))
 
     @staticmethod
     def _refuse(stated: bool, option: str, why: str) -> None:
@@ -182,6 +186,20 @@ def _print_errors(texts: Iterable[str]) -> None:
     with suppress(BrokenPipeError):
         for text in texts:
             print_message(f"error: {text}")
+
+
+def _with_ros2(description: LaunchDescription, *, ros2: bool, sim: bool, inspect: bool) -> LaunchDescription:
+    """Return the description with nodes of ROS 2 let in, as it says, or with `--ros2` by the defaults."""
+    simulated = sim or description.clock.mode is ClockMode.SIM
+    if ros2 and simulated:
+        raise click.UsageError("--ros2 needs real time: nodes of ROS 2 have no part in simulated time")
+    if not inspect and not simulated and (ros2 or description.ros2 is not None):
+        raise click.UsageError("nodes of ROS 2 take part by what --no-inspect leaves out: leave out one of both")
+    if not ros2:
+        return description
+    if description.ros2 is None and description.here is not None:
+        raise click.UsageError("with several machines FILE says it for all: network: {ros2: {domain: 0}}")
+    return description if description.ros2 is not None else replace(description, ros2=Ros2Spec())
 
 
 def _record_spec(stated: RecordSpec | None, file: str | None, topics: Sequence[str]) -> RecordSpec | None:

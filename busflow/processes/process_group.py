@@ -21,6 +21,7 @@ from busflow.processes.machines import Machines
 from busflow.processes.report import merged
 from busflow.processes.shares import Shares
 from busflow.processes.worker_process import MemberState, ProcessOutcome, WorkerProcess
+from busflow.ros2 import ros2_network
 from busflow.runner.extension import Extension
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership
@@ -239,24 +240,28 @@ class ProcessGroup(Extension):
         """Create the run directory and join the run, so that the worker processes can connect.
 
         Raises:
-            InspectionUnavailable: no safe directory can be made.
+            InspectionUnavailable: no safe directory can be made, or nodes of ROS 2 cannot be let in.
         """
         require_unix_sockets(", or run all nodes in this process: --one-process")
         graph = self._graph
         if self._machines is not None:
             self._machines.on_doubled = lambda: graph.ask_to_stop(ExitCode.FAILED)
+        linked = self._machines.network if self._machines else None
+        find_network = ros2_network(graph.descriptions, linked)
+        network = linked if find_network is None else find_network()
         self._directory = RunDirectory.claim(self._name)
         file = next((each.file for each in graph.descriptions), "")
         name, now_ns = self._directory.path.name, graph.clock.now().nanoseconds
         packages = {key: str(path) for each in graph.descriptions for key, path in each.packages.items()}
-        self._card = RunCard(name, os.getpid(), now_ns, file, busflow.__version__, packages)
+        domain = network.ros2.domain if network is not None and network.ros2 is not None else None
+        self._card = RunCard(name, os.getpid(), now_ns, file, busflow.__version__, packages, domain)
         self._membership = Membership(
             graph,
             self._directory.path,
             self._card,
             process=self._main,
             socket=SOCKET,
-            network=self._machines.network if self._machines else None,
+            network=network,
             about=self._about,
             on_change=self._on_presence,
         )

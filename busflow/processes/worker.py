@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from busflow.launchfile.model.description import LaunchDescription
     from busflow.recording.recorder.snapshot_share import SnapshotShare
+    from busflow.wire.zenoh.network import Network
 
 _COMMAND_BYTES = 1 << 16
 _REPORT_S = 0.5
@@ -187,6 +188,7 @@ class _Part(Extension):
             assignment.card,
             process=assignment.process,
             socket=assignment.socket,
+            network=_network(graph, assignment),
             about=lambda: {"restarts": assignment.restarts},
         )
 
@@ -220,6 +222,16 @@ class _Part(Extension):
             await self._graph.clock.sleep(_REPORT_S)
             debugged = sys.gettrace() is not None or "pydevd" in sys.modules
             self._writer.send(report=_report_data(self._graph, self._writer), debugged=debugged)
+
+
+def _network(graph: Graph, assignment: Assignment) -> Network | None:
+    """Return what this process has in common with nodes of ROS 2; they find it through the main process."""
+    if assignment.card.ros2_domain is None:
+        return None
+    from busflow.wire.zenoh.network import Network, Ros2Network
+
+    topics = [pattern for each in graph.descriptions if each.ros2 for pattern in each.ros2.topics]
+    return Network((), ros2=Ros2Network(assignment.card.ros2_domain, topics))
 
 
 def _report_data(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any, cast
 from busflow.bus import names
 from busflow.bus.qos import PRESETS, QoS, qos_faults
 from busflow.errors import InvalidName
-from busflow.launchfile.load.build_network import network_of, unknown_machine
+from busflow.launchfile.load.build_network import network_of, ros2_of, unknown_machine
 from busflow.launchfile.load.fixed_frames import frames_nodes
 from busflow.launchfile.load.merge import Part
 from busflow.launchfile.load.packages import packages_of
@@ -55,6 +55,7 @@ class Builder:
         self._profiles = self._named_profiles(self.part.tree.section("qos"))
         nodes = [self._node(key, value) for key, value in self.part.tree.section("nodes").items()]
         clock = keys.clock
+        network = network_of(keys, self.part.tree, self.problems)
         return LaunchDescription(
             name=keys.name or name,
             nodes=(*filter(None, nodes), *frames_nodes(self.part.tree.members.get("frames"), self.problems)),
@@ -65,7 +66,8 @@ class Builder:
             interfaces=tuple(self.part.interfaces),
             packages=self._packages,
             processes=tuple(self._processes()),
-            network=network_of(keys, self.part.tree, self.problems),
+            network=network,
+            ros2=ros2_of(keys, self.part.tree, network, self.problems),
             clock=ClockSpec(clock.mode, clock.start, clock.rate),
             seed=clock.seed if keys.seed is None else keys.seed,
             record=None if keys.record is None else record_spec(keys.record),

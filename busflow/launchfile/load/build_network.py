@@ -11,7 +11,8 @@ from pathlib import Path
 from busflow.launchfile.model.keys import LaunchKeys
 from busflow.launchfile.model.network import NAME, TCP, TLS, MachineSpec, NetworkAddress, NetworkSpec, Role
 from busflow.launchfile.model.placement import MAIN
-from busflow.launchfile.model.problems import Problems, key_origin, problem_at
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at, warning_at
+from busflow.launchfile.model.ros2 import ROUTER, Ros2Spec
 from busflow.launchfile.yaml.value import Origin, StatedPath, Value
 from busflow.text import did_you_mean
 
@@ -38,6 +39,46 @@ def network_of(keys: LaunchKeys, tree: Value, problems: Problems) -> NetworkSpec
     if not keys.machines and "network" not in tree.members:
         return None
     return _Builder(keys, tree, problems).build()
+
+
+def ros2_of(keys: LaunchKeys, tree: Value, network: NetworkSpec | None, problems: Problems) -> Ros2Spec | None:
+    """Return how nodes of ROS 2 reach the run; None if the launch file does not say that they may."""
+    stated, value = keys.network.ros2, tree.find(("network", "ros2"))
+    if stated is None or value is None:
+        return None
+    origin = key_origin(value)
+    if keys.machines and stated.domain is None:
+        text = "each machine of the run would take the domain of its own environment"
+        problems.add(problem_at("missing-domain", text, "state it: ros2: {domain: 0}", origin))
+    if network is not None and any(end.protocol == TCP for end in network.ends):
+        text = "machines linked by tcp cannot be told from nodes of ROS 2"
+        problems.add(problem_at("open-endpoint", text, "link the machines by tls", origin))
+    router = _router(tree.find(("network", "ros2", "router")), problems)
+    return Ros2Spec(stated.domain, stated.transport, router, tuple(stated.topics), origin)
+
+
+def _router(stated: Value | None, problems: Problems) -> NetworkAddress:
+    """Return where nodes of ROS 2 meet, and warn of an address at which other machines reach the run."""
+    if stated is None or not isinstance(stated.content, str):
+        return ROUTER
+    address = _address(stated)
+    if address is None or address.protocol != TCP:
+        fix = f"write it as {ROUTER}, a port of 1 to 65535"
+        problems.add(problem_at("bad-endpoint", f"{stated.content} is no address of a router", fix, stated.origin))
+        return ROUTER
+    if not address.is_loopback:
+        text = f"{address} is not of this machine alone: any node of ROS 2 that reaches it takes part"
+        fix = "it asks for no password: name it only in a network of your own"
+        problems.add(warning_at("open-endpoint", text, fix, stated.origin))
+    return address
+
+
+def _address(stated: Value) -> NetworkAddress | None:
+    """Return a network address as it is written; None if it is none."""
+    found = _ENDPOINT.fullmatch(str(stated.content))
+    if found is None or not 0 < int(found["port"]) <= _MOST_PORT:
+        return None
+    return NetworkAddress(found["protocol"], found["host"].strip("[]"), int(found["port"]), stated.origin)
 
 
 class _Builder:
@@ -104,8 +145,7 @@ class _Builder:
             if machine.connect is None and main.connect is None and machine is not main:
                 fix = f"add connect: tls/HOST:7447, where {machine.name} is reached"
                 self._report("no-endpoint", f"no machine can connect to {machine.name}", fix, machine.origin)
-        ends = [end for each in network.machines.values() for end in (each.connect, each.listen) if end is not None]
-        encrypted = next((end for end in ends if end.protocol == TLS), None)
+        encrypted = next((end for end in network.ends if end.protocol == TLS), None)
         if encrypted is not None and network.ca is None:
             fix = "add network: {ca: certs/ca.pem}; `busflow certs new certs` makes one"
             self._report("no-certificates", f"{encrypted} needs certificates", fix, encrypted.origin)
@@ -115,13 +155,11 @@ class _Builder:
         value = self._tree.find(path)
         if value is None or not isinstance(value.content, str):
             return None
-        text = value.content
-        found = _ENDPOINT.fullmatch(text)
-        if found is None or not 0 < int(found["port"]) <= _MOST_PORT:
+        text, end = value.content, _address(value)
+        if end is None:
             message = f"{text} is no endpoint"
             self._report("bad-endpoint", message, "write it as tls/192.0.2.7:7447, a port of 1 to 65535", value.origin)
             return None
-        end = NetworkAddress(found["protocol"], found["host"].strip("[]"), int(found["port"]), value.origin)
         there = f"{TLS}/{text.partition('/')[2]}"
         if end.protocol not in {TLS, TCP}:
             self._report("bad-endpoint", f"machines are not linked by {end.protocol}", f"write {there}", value.origin)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from busflow.bus.qos import QoS
     from busflow.errors import Problem
     from busflow.launchfile.model.network import NetworkSpec
+    from busflow.launchfile.model.ros2 import Ros2Spec
 
 
 class ClockMode(StrEnum):
@@ -193,6 +194,7 @@ class LaunchDescription:
     packages: Mapping[str, Path] = field(default_factory=dict[str, Path])  # folders that package:// addresses begin at
     processes: tuple[ProcessSpec, ...] = ()
     network: NetworkSpec | None = None  # None if everything is on one machine
+    ros2: Ros2Spec | None = None  # None: no node of ROS 2 takes part
     here: str | None = None  # this machine; None: the whole graph is checked or run as one
     clock: ClockSpec = ClockSpec()
     seed: int | None = None

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, mod
 from busflow.bus.patterns import check_pattern
 from busflow.launchfile.model.description import HANG_S, ClockMode, Compression, OnDrop
 from busflow.launchfile.model.network import Role
+from busflow.launchfile.model.ros2 import MOST_DOMAIN, Ros2Transport
 from busflow.node.supervision import Condition, OnExit, Restart, RestartPolicy
 from busflow.validation.annotations import StrictModel
 from busflow.validation.byte_sizes import PATTERN as SIZE_PATTERN
@@ -201,6 +202,25 @@ class MachineKeys(Section):
     key: str | None = Field(default=None, description="Its private key; else NAME.key beside the network's `ca`.")
 
 
+Pattern = Annotated[str, AfterValidator(check_pattern)]
+"""A pattern of topic names."""
+
+
+class Ros2Keys(Section):
+    """How nodes of ROS 2 on this machine reach the run. `ros2: {}` takes the defaults."""
+
+    domain: int | None = Field(
+        default=None, ge=0, le=MOST_DOMAIN, description="The domain that is joined; else that of ROS_DOMAIN_ID, else 0."
+    )
+    transport: Ros2Transport = Field(default=Ros2Transport.ZENOH, description="ROS 2's middleware: rmw_zenoh's.")
+    router: str = Field(
+        default="tcp/127.0.0.1:7447", description="Where its router is; the run stands in for one that is not there."
+    )
+    topics: list[Pattern] = Field(
+        default_factory=list[str], description="Only these topics and services pass, by pattern: /imu/*, /arm/**."
+    )
+
+
 class NetworkKeys(Section):
     """How machines trust each other, and which others may join the run. Paths are relative to the file."""
 
@@ -211,6 +231,7 @@ class NetworkKeys(Section):
     allow: dict[str, Role] = Field(
         default_factory=dict[str, Role], description="What others may do, by the name in their certificate."
     )
+    ros2: Ros2Keys | None = Field(default=None, description="Lets nodes of ROS 2 on this machine take part.")
 
 
 class FrameKeys(Section):
@@ -280,10 +301,6 @@ class ExpectKeys(Section):
     topics: dict[str, TopicExpectationKeys] = Field(
         default_factory=dict[str, TopicExpectationKeys], description="What has to hold on topics, by final name."
     )
-
-
-Pattern = Annotated[str, AfterValidator(check_pattern)]
-"""A pattern of topic names."""
 
 
 MOST_KEPT = 64 << 20

@@ -82,6 +82,11 @@ class NetworkSpec:
     ca: StatedPath | None = None
     allow: Mapping[str, Role] = field(default_factory=dict[str, Role])
 
+    @property
+    def ends(self) -> list[NetworkAddress]:
+        """Return every address that a machine is reached at, or listens at."""
+        return [end for each in self.machines.values() for end in (each.connect, each.listen) if end is not None]
+
     def dialled_by(self, machine: str) -> list[NetworkAddress]:
         """Return the addresses that a machine connects to.
 

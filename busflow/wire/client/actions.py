@@ -20,7 +20,7 @@ from busflow.interfaces.encoding.description import assemble, rihs01, types_in
 from busflow.text import did_you_mean, printable
 from busflow.wire.client.graph_view import TopicView, is_hidden
 from busflow.wire.client.known_type import known_service, known_type
-from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, REMARKS, Attachment, topic_key
+from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, REMARKS, Attachment
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.foreign import ForeignType
@@ -188,7 +188,7 @@ class PeerGoal:
             arrived.set()
 
         peer.session.get(
-            f"{topic_key(results.name, results.type, results.hash)}?{REMARKS}=1",
+            f"{peer.key(results)}?{REMARKS}=1",
             zenoh.handlers.Callback(on_reply, drop=end, indirect=False),
             payload=results.request.encode({"goal_id": _uuid(goal_id)}),
             attachment=Attachment(1, 0, gid).encode(),

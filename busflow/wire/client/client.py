@@ -12,7 +12,7 @@ import json
 import os
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,6 @@ from busflow.wire.client.listener import MOST_BYTES, Listener, Received
 from busflow.wire.client.speaker import Speaker, speaking
 from busflow.wire.zenoh.keys import (
     ATTACHMENT_BYTES,
-    DOMAIN,
     GRAPH,
     PATIENCE,
     QUERY_PREFIX,
@@ -101,6 +100,15 @@ class Peer:
         self.session.close()
 
     @property
+    def domain(self) -> int:
+        """The domain in the keys of the run."""
+        return self.run.card.domain
+
+    def key(self, service: ServiceKind) -> str:
+        """Return the key of a service's requests."""
+        return topic_key(service.name, service.type, service.hash, domain=self.domain)
+
+    @property
     def alive(self) -> bool:
         """Whether the run still exists."""
         return self.run.is_alive(self.session)
@@ -165,7 +173,7 @@ class Peer:
     def tokens(self) -> list[Token]:
         """Return the tokens of every node and endpoint of the run, without this client's own."""
         found: list[Token] = []
-        for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=self._patience_s):
+        for reply in self.session.liveliness().get(f"{GRAPH}/{self.domain}/**", timeout=self._patience_s):
             with suppress(MalformedMessage):  # a foreign session's malformed token must not hide the rest
                 if reply.ok is not None:
                     found.append(Token.parse(str(reply.ok.key_expr)))
@@ -240,7 +248,7 @@ class Peer:
         latched = any(end.qos.latched for end in topic.publishers)
         with self._present(TokenKind.SUBSCRIPTION, topic.name, type_, _LEAST_QOS):
             listener = listener or Listener(depth, most_bytes=most_bytes, on_arrival=on_arrival)
-            key = topic_key(topic.name, type_.name, type_.type_hash)
+            key = topic_key(topic.name, type_.name, type_.type_hash, domain=self.domain)
             callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)
             history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
             way: Any = (
@@ -271,7 +279,7 @@ class Peer:
         self.require(f"publish {topic}")
         with (
             self._present(TokenKind.PUBLISHER, topic, type_, qos) as token,
-            speaking(self.session, topic, type_, qos, token.gid) as speaker,
+            speaking(self.session, token, type_, qos) as speaker,
         ):
             if settle:
                 self.settle()
@@ -337,7 +345,7 @@ class Peer:
         """Call a service as `call_bytes` does, as the client of this gid; return the server's remark too."""
         self.require(f"call {service.name}")
         replies = self.session.get(
-            f"{topic_key(service.name, service.type, service.hash)}?{PATIENCE}={timeout_s};{REMARKS}=1",
+            f"{self.key(service)}?{PATIENCE}={timeout_s};{REMARKS}=1",
             payload=payload,
             attachment=Attachment(1, 0, gid).encode(),
             target=zenoh.QueryTarget.ALL_COMPLETE,
@@ -371,9 +379,9 @@ class Peer:
     @contextmanager
     def _present(self, kind: TokenKind, topic: str, type_: ForeignType | ServiceKind, qos: str) -> Generator[Token]:
         """Show a node with one endpoint to the other processes."""
-        node = Token(self._zid, 0, 0, TokenKind.NODE, "/", self._name)
+        node = Token(self._zid, 0, 0, TokenKind.NODE, "/", self._name, domain=self.domain)
         name, type_hash = (type_.type, type_.hash) if isinstance(type_, ServiceKind) else (type_.name, type_.type_hash)
-        end = Token(self._zid, 0, next(self._ids), kind, "/", self._name, topic, name, type_hash, qos)
+        end = replace(node, entity_id=next(self._ids), kind=kind, topic=topic, type=name, hash=type_hash, qos=qos)
         liveliness = self.session.liveliness()
         with liveliness.declare_token(str(node)), liveliness.declare_token(str(end)):
             yield end

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 import zenoh.ext
 
-from busflow.wire.zenoh.keys import Attachment, topic_key
+from busflow.wire.zenoh.keys import Attachment, Token, topic_key
 from busflow.wire.zenoh.qos_text import from_text
 
 if TYPE_CHECKING:
@@ -64,11 +64,11 @@ def matches(way: Any) -> bool:
 
 
 @contextmanager
-def speaking(session: zenoh.Session, topic: str, type_: ForeignType, qos: str, gid: bytes) -> Generator[Speaker]:
-    """A speaker while the block lasts, that keeps what it says where its `qos` wants that."""
+def speaking(session: zenoh.Session, token: Token, type_: ForeignType, qos: str) -> Generator[Speaker]:
+    """A speaker for the publisher of this token while the block lasts; it keeps messages where its `qos` wants that."""
     from busflow.clock import SystemClock  # a client that only looks does not pay for asyncio
 
-    key, stated = topic_key(topic, type_.name, type_.type_hash), from_text(qos)
+    key, stated = topic_key(token.topic, type_.name, type_.type_hash, domain=token.domain), from_text(qos)
     drop = zenoh.CongestionControl.DROP
     way: Any = (
         zenoh.ext.declare_advanced_publisher(
@@ -84,7 +84,7 @@ def speaking(session: zenoh.Session, topic: str, type_: ForeignType, qos: str, g
     )
     beside = session.declare_publisher(key)  # a publisher that keeps messages does not report its listeners
     try:
-        yield Speaker(way, beside, type_, gid, SystemClock())
+        yield Speaker(way, beside, type_, token.gid, SystemClock())
     finally:
         way.undeclare()
         beside.undeclare()

@@ -77,7 +77,7 @@ class RemoteRun:
         """Return the run with the description in its processes' answers to `run`."""
         words = RunCard.__dataclass_fields__.keys() - {"packages"}  # folders of another machine mean nothing here
         for answer in answers:
-            return replace(self, card=RunCard(**{name: answer[name] for name in words}))  # pyright: ignore[reportArgumentType]  # as its process made it
+            return replace(self, card=RunCard(**{name: answer[name] for name in words if name in answer}))  # pyright: ignore[reportArgumentType]  # as its process made it
         return self
 
     async def _reasons(self) -> str:

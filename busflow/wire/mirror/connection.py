@@ -6,11 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from busflow.wire.zenoh.keys import DOMAIN, topic_key
+
 if TYPE_CHECKING:
     import zenoh
     from structlog.typing import FilteringBoundLogger
 
     from busflow.bus.bus import Bus
+    from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.wire.queries.queries import Supports
     from busflow.wire.zenoh.sender import SenderThread
 
@@ -29,3 +32,8 @@ class Connection:
     log: FilteringBoundLogger
     on_loop: Callable[..., None]
     """Runs a function on the event loop, from any thread."""
+    domain: int = DOMAIN
+
+    def key(self, topic: str, support: TypeSupport) -> str:
+        """Return the key under which messages of this type travel on a topic or service."""
+        return topic_key(topic, support.name, support.type_hash, domain=self.domain)

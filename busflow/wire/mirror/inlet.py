@@ -28,7 +28,7 @@ from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
-from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token, topic_key
+from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token
 from busflow.wire.zenoh.qos_text import as_qos, from_text
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Inlet:
         self._emptying = self._closed = False
         self._feeder: asyncio.Task[None] | None = None
         session, support = connection.session, self._support
-        key = topic_key(topic.name, support.name, support.type_hash)
+        key = connection.key(topic.name, support)
         kept = [each.endpoint.qos for each in topic.subscriptions]
         latched = max((qos.depth for qos in kept if qos.latched), default=0)
         ring = zenoh.handlers.RingChannel(_ring(topic, support))

@@ -80,28 +80,40 @@ class Membership(Extension):
             self._mirror.close()
 
 
-def inspectable(graph: Graph, name: bool | str = True) -> None:
+def inspectable(graph: Graph, name: bool | str = True, *, network: Callable[[], Network | None] | None = None) -> None:
     """Let this user's other terminals inspect a graph from its start to its end.
 
-    If that is not possible (no Zenoh, no safe directory), the graph's log says why, and the graph runs all the same.
+    If that is not possible (no Zenoh, no safe directory), the graph's log says why, and the graph runs all the same;
+    with a `network` it does not run.
 
     Args:
         graph: a graph that has not started.
         name: the name under which other terminals find the graph; True takes the launch file's name, or the program's
             if there is no launch file. If another run has that name, it becomes `name-2`.
+        network: returns the links to others than this user's terminals; called when the graph starts.
     """
     own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
     file = next((each.file for each in graph.descriptions), "")
     topics = [topic for each in graph.descriptions for topic in each.topics]
     history = {topic.topic: topic.history for topic in topics if topic.history is not None}
-    graph.attach(Inspection(graph, name=own if name is True else str(name), file=file, history=history))
+    shown = own if name is True else str(name)
+    graph.attach(Inspection(graph, name=shown, file=file, history=history, network=network))
 
 
 class Inspection(Extension):
     """A graph's run directory and session, from its start to its end."""
 
-    def __init__(self, graph: Graph, *, name: str, file: str, history: Mapping[str, int]) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        *,
+        name: str,
+        file: str,
+        history: Mapping[str, int],
+        network: Callable[[], Network | None] | None = None,
+    ) -> None:
         self._graph, self._name, self._file, self._history = graph, name, file, history
+        self._network = network
         self._log = graph.log.bind("busflow")
         self._directory: RunDirectory | None = None
         self._mirror: Mirror | None = None
@@ -111,7 +123,10 @@ class Inspection(Extension):
         try:
             self._directory = RunDirectory.claim(self._name)
             self._show(self._directory)
-        except Exception as error:  # noqa: BLE001  # a graph runs even if it cannot be inspected
+        except Exception as error:  # a graph runs even if it cannot be inspected
+            if self._network is not None:
+                self.end()
+                raise
             known = isinstance(error, (InspectionUnavailable, OSError))
             why = str(error) if known else f"{type(error).__name__}: {error}"
             self._log.warning(f"this run cannot be inspected: {why}")
@@ -134,13 +149,15 @@ class Inspection(Extension):
                 directory.close()
 
     def _show(self, directory: RunDirectory) -> None:
-        session = open_session(directory.path, listen=SOCKET)
+        network = None if self._network is None else self._network()
+        session = open_session(directory.path, listen=SOCKET, network=network)
         from busflow.wire.mirror.mirror import Mirror  # the module needs Zenoh
 
         name, process = directory.path.name, SOCKET.removesuffix(".sock")
         started_ns = SystemClock().now().nanoseconds  # wall time, whatever clock the graph has
         packages = {key: str(path) for each in self._graph.descriptions for key, path in each.packages.items()}
-        card = RunCard(name, os.getpid(), started_ns, self._file, _version(), packages)
+        domain = network.ros2.domain if network is not None and network.ros2 is not None else None
+        card = RunCard(name, os.getpid(), started_ns, self._file, _version(), packages, domain)
         self._mirror = Mirror(self._graph, session, card, process, self._history)
         self._mirror.begin()
         directory.write_card(card)

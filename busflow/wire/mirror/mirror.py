@@ -37,7 +37,7 @@ from busflow.wire.mirror.services import ServiceMirror
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
 from busflow.wire.queries.server import Answers, Question
-from busflow.wire.zenoh.keys import DOMAIN, GRAPH, Token, TokenKind, split_name
+from busflow.wire.zenoh.keys import GRAPH, Token, TokenKind, split_name
 from busflow.wire.zenoh.qos_text import from_text, to_text
 from busflow.wire.zenoh.sender import SenderThread
 
@@ -78,7 +78,10 @@ class Mirror:
         self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # 0: a `LogBook` keeps the log's lines
         self._supports = cache(TypeSupport)
         sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
-        self._connection = Connection(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop)
+        self._domain = card.domain
+        self._connection = Connection(
+            graph.bus, session, self._supports, sender, replier, self._log, self._on_loop, card.domain
+        )
         self._remote_publishers = RemotePublishers(self._connection)
         self._presence = Presence()
         self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens, about)
@@ -117,7 +120,7 @@ class Mirror:
         self._graph.rosout.announce(self._rosout_durability())
 
         callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
-        everything = f"{GRAPH}/{DOMAIN}/**"
+        everything = f"{GRAPH}/{self._domain}/**"
         self._declared += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
 
     def hide(self, node: str) -> None:
@@ -253,6 +256,7 @@ class Mirror:
             type=support.name,
             hash=support.type_hash,
             qos=qos,
+            domain=self._domain,
         )
 
     def _token_of(self, end: MirroredEndpoint) -> Token:
@@ -267,7 +271,7 @@ class Mirror:
             self._ids += 1
             found = self._node_ids[name] = self._ids
             namespace, node = split_name(name)
-            token = Token(self._zid, found, found, TokenKind.NODE, namespace, node)
+            token = Token(self._zid, found, found, TokenKind.NODE, namespace, node, domain=self._domain)
             self._nodes[name] = self._session.liveliness().declare_token(str(token))
         return found
 

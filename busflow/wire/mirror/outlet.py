@@ -18,7 +18,7 @@ from busflow.bus.statistics import EARLY, UNSENT
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
 from busflow.wire.mirror.held_messages import HeldMessages
-from busflow.wire.zenoh.keys import Token, attachment_bytes, topic_key
+from busflow.wire.zenoh.keys import Token, attachment_bytes
 from busflow.wire.zenoh.sender import LARGE, LARGEST
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ class Outlet:
         self._connection, self._on_open = connection, on_open
         self.sent: int = 0
         session, support = connection.session, connection.supports(publisher.type)
+        key = connection.key(publisher.topic, support)
         self._publisher, self._support, self._gid = publisher, support, token.gid
         self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
         self._wanted = self._closed = False
@@ -86,11 +87,11 @@ class Outlet:
         publisher, because its type decides the priority.
         """
         if latched:
-            self._zenoh_publisher = _latched(session, publisher, support)
+            self._zenoh_publisher = _latched(session, key, publisher, support)
             self._limit = 0 if support.is_bulky else LARGE
         else:
-            self._zenoh_publisher = _plain(session, publisher, support, zenoh.Priority.DATA)
-            self._declare_lower = partial(_plain, session, publisher, support, zenoh.Priority.DATA_LOW)
+            self._zenoh_publisher = _plain(session, key, publisher, zenoh.Priority.DATA)
+            self._declare_lower = partial(_plain, session, key, publisher, zenoh.Priority.DATA_LOW)
         self._zenoh_publishers: list[_ZenohPublisher] = [self._zenoh_publisher]
         self._token = session.liveliness().declare_token(str(token))
         if latched:
@@ -229,22 +230,18 @@ class Outlet:
             self._log.debug(f"not sent on {self._publisher.topic}: {error}")
 
 
-def _plain(
-    session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport, priority: zenoh.Priority
-) -> zenoh.Publisher:
-    return session.declare_publisher(
-        topic_key(publisher.topic, support.name, support.type_hash),
-        priority=priority,
-        **_settings(publisher),
-    )
+def _plain(session: zenoh.Session, key: str, publisher: Publisher[Any], priority: zenoh.Priority) -> zenoh.Publisher:
+    return session.declare_publisher(key, priority=priority, **_settings(publisher))
 
 
-def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport) -> zenoh.ext.AdvancedPublisher:
+def _latched(
+    session: zenoh.Session, key: str, publisher: Publisher[Any], support: TypeSupport
+) -> zenoh.ext.AdvancedPublisher:
     """Declare a transient_local publisher as `rmw_zenoh` does."""
     reliable = publisher.endpoint.qos.reliability is not Reliability.BEST_EFFORT
     return zenoh.ext.declare_advanced_publisher(
         session,
-        topic_key(publisher.topic, support.name, support.type_hash),
+        key,
         cache=zenoh.ext.CacheConfig(max_samples=publisher.endpoint.qos.depth),
         publisher_detection=True,
         # Without this, Zenoh would order the kept messages by time stamps, which each message would have to carry.

@@ -22,7 +22,7 @@ from busflow.wire.mirror.service_inlet import RemoteServer
 from busflow.wire.mirror.service_outlet import ServiceOutlet
 from busflow.wire.queries.logger_services import LoggerServices
 from busflow.wire.queries.parameter_services import ParameterServices
-from busflow.wire.zenoh.keys import Token, TokenKind, topic_key
+from busflow.wire.zenoh.keys import Token, TokenKind
 
 if TYPE_CHECKING:
     from busflow.bus.services.service import Service
@@ -146,8 +146,7 @@ class ServiceMirror:
         return ServiceOutlet(name, service_type, answer, self._key(name, service_type), self._connection)
 
     def _key(self, service: str, service_type: type[ServiceType]) -> str:
-        support = self._supports(service_type)
-        return topic_key(service, support.name, support.type_hash)
+        return self._connection.key(service, self._supports(service_type))
 
 
 _QOS = "::,10:,:,:,,"

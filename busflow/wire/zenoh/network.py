@@ -2,27 +2,39 @@
 
 A machine's main process is a Zenoh router. It forwards the messages of the machine's other processes to the linked
 machines, by TLS with a certificate on both sides. Zenoh's access control checks each message of such a link by the
-common name of the certificate. Messages that come through the run's Unix sockets are from this user.
+common name of the certificate. Messages that come through the run's Unix sockets are from this user. Nodes of ROS 2
+come by TCP, and may do what ROS 2's keys are for (`access`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from busflow.launchfile.check.credentials import Credentials, credentials_of
 from busflow.launchfile.model.network import TCP, TLS, NetworkAddress, NetworkSpec, Role
-from busflow.wire.zenoh.keys import DOMAIN, GRAPH, QUERY_PREFIX, READ_ONLY_QUERIES
+from busflow.wire.zenoh.access import UNIX, AccessRules
+from busflow.wire.zenoh.keys import DOMAIN
 
 _RETRY = {"period_init_ms": 250, "period_max_ms": 2000, "period_increase_factor": 2.0}
 """The times between attempts to connect to a missing machine."""
-_RECEIVING = ("put", "delete", "reply", "liveliness_token", "declare_queryable")
-"""The message kinds that a client only receives from the run, as Zenoh's access control names them."""
-_ALL_MESSAGES = (*_RECEIVING, "declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber")
-"""Every message kind that Zenoh's access control knows."""
-_DATA, _KEPT, _GRAPH, _QUERIES = f"{DOMAIN}/**", f"{DOMAIN}/**/@adv/**", f"{GRAPH}/**", f"{QUERY_PREFIX}/**"
-_ALL_KEYS = (_DATA, _KEPT, _GRAPH, _QUERIES)
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Network:
+    """What a session has in common with nodes of ROS 2: a domain, topics, and addresses of this machine."""
+
+    domain: int
+    topics: Sequence[str] = ()
+    """Patterns of the topics and services that pass; all without one."""
+    listens: Sequence[str] = ("tcp/127.0.0.1:0",)
+    """Without the address of a router, it is one of this machine alone, as each session of ROS 2 has: they link there.
+    """
+    dials: Sequence[str] = ()
+    """Addresses of a router that is there already."""
+    is_router: bool = False
+    """Whether the session stands in for the router that nodes of ROS 2 look for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +47,7 @@ class Network:
     machines: Collection[str] = ()
     allow: Mapping[str, Role] | None = None
     """Roles of clients that are no machines, by certificate name; None if no other client can connect."""
+    ros2: Ros2Network | None = None
 
     @classmethod
     def of(cls, spec: NetworkSpec, machine: str) -> Network:
@@ -43,49 +56,39 @@ class Network:
         listens = () if listen is None else (listen,)
         return cls(spec.dialled_by(machine), listens, credentials_of(spec, machine), tuple(spec.machines), spec.allow)
 
+    @property
+    def is_router(self) -> bool:
+        """Whether the session forwards messages between others, as one that links machines does."""
+        return bool(self.dials or self.listens) or (self.ros2 is not None and self.ros2.is_router)
+
+    @property
+    def ends(self) -> tuple[Sequence[str], Sequence[str]]:
+        """Return the addresses at which the session listens, and those that it connects to."""
+        listens, dials = list(map(str, self.listens)), list(map(str, self.dials))
+        return (listens, dials) if self.ros2 is None else ([*listens, *self.ros2.listens], [*dials, *self.ros2.dials])
+
     def settings(self) -> dict[str, Any]:
-        """Return the Zenoh settings that a session with other machines needs in addition."""
+        """Return the Zenoh settings that a session with others than this machine's processes needs in addition."""
         found: dict[str, Any] = {"connect/retry": _RETRY}
         if self.credentials is not None:
             found |= _tls(self.credentials)
-        if self.allow is not None:
-            found["access_control"] = self._access(self.allow)
+        if self.allow is not None or self.ros2 is not None:
+            found["access_control"] = self._access(self.allow or {})
         return found
 
     def _access(self, allow: Mapping[str, Role]) -> dict[str, Any]:
-        ways = ["unixsock-stream"]
-        if any(end.protocol == TCP for end in (*self.listens, *self.dials)):
-            ways.append(TCP)  # only on this machine: the check of the launch file refuses any other
+        rules = AccessRules(DOMAIN if self.ros2 is None else self.ros2.domain)
+        # A link between machines by TCP is on this machine: the check of the launch file refuses any other.
+        by_tcp = self.ros2 is None and any(end.protocol == TCP for end in (*self.listens, *self.dials))
+        rules.allow_everything("here", (UNIX, TCP) if by_tcp else (UNIX,))
         everything = [*self.machines, *(name for name, role in allow.items() if role is Role.ALL)]
-        reading = [name for name, role in allow.items() if role is Role.READ]
-        subjects: list[dict[str, Any]] = [{"id": "here", "link_protocols": ways}]
-        subjects.append({"id": "all", "link_protocols": [TLS], "cert_common_names": everything})
-        policies = [{"rules": ["all"], "subjects": ["here", "all"]}]
-        rules = [_rule("all", _ALL_MESSAGES, ("ingress", "egress"), _ALL_KEYS)]
-        if reading:
-            subjects.append({"id": "read", "link_protocols": [TLS], "cert_common_names": reading})
-            reads = list(_reading())
-            rules += reads
-            policies.append({"rules": [rule["id"] for rule in reads], "subjects": ["read"]})
-        lists = {"rules": rules, "subjects": subjects, "policies": policies}
-        return {"enabled": True, "default_permission": "deny", **lists}
-
-
-def _reading() -> Iterator[dict[str, Any]]:
-    """Let read-only clients receive everything, send read-only queries, and show a node and its subscriptions."""
-    inwards, outwards = ("ingress",), ("egress",)
-    yield _rule("receive", _RECEIVING, outwards, _ALL_KEYS)
-    yield _rule("subscribe", ("declare_subscriber",), inwards, (_DATA,))
-    yield _rule("see-tokens", ("liveliness_query", "declare_liveliness_subscriber"), inwards, (_GRAPH, _KEPT, _QUERIES))
-    own = [f"{GRAPH}/*/*/*/*/{kind}/**" for kind in ("NN", "MS")]
-    yield _rule("show-tokens", ("liveliness_token",), inwards, own)
-    reading = (f"{QUERY_PREFIX}/*/{query}" for query in READ_ONLY_QUERIES)
-    yield _rule("query", ("query",), inwards, (_KEPT, *reading))
-
-
-def _rule(name: str, messages: Sequence[str], flows: Sequence[str], keys: Sequence[str]) -> dict[str, Any]:
-    rule = {"messages": list(messages), "flows": list(flows), "key_exprs": list(keys)}
-    return {"id": name, "permission": "allow", **rule}
+        if everything:
+            rules.allow_everything("all", (TLS,), everything)
+        if reading := [name for name, role in allow.items() if role is Role.READ]:
+            rules.allow_reading("read", reading)
+        if self.ros2 is not None:
+            rules.allow_ros2(self.ros2.topics)
+        return rules.settings()
 
 
 def _tls(credentials: Credentials) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Self
 from busflow.errors import InspectionUnavailable, NoSuchRun
 from busflow.runner.forks import call_in_children
 from busflow.text import did_you_mean, printable
+from busflow.wire.zenoh.keys import DOMAIN
 from busflow.wire.zenoh.run_lock import ENDED, LOCK, RunLock, locked
 from busflow.wire.zenoh.session import SOCKET, open_session, require_unix_sockets
 
@@ -59,6 +60,13 @@ class RunCard:
     version: str = ""
     packages: Mapping[str, str] = field(default_factory=dict[str, str], hash=False)
     """The folders of `packages:` of the launch file on this machine, by name."""
+    ros2_domain: int | None = None
+    """The domain of the nodes of ROS 2 that take part; None if none can."""
+
+    @property
+    def domain(self) -> int:
+        """The domain in the keys of the run's topics and tokens."""
+        return DOMAIN if self.ros2_domain is None else self.ros2_domain
 
 
 @dataclass(frozen=True, slots=True)
@@ -354,6 +362,8 @@ def _card(path: Path) -> RunCard | None:
         words = {field: found.get(field, "") for field in ("name", "file", "version")}
         numbers = {field: found[field] for field in ("pid", "since_ns")}
         packages = {str(name): str(folder) for name, folder in found.get("packages", {}).items()}
+        if found.get("ros2_domain") is not None:
+            numbers["ros2_domain"] = found["ros2_domain"]
     except (OSError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
         return None
     fits = all(type(word) is str for word in words.values())

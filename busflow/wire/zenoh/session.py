@@ -111,12 +111,15 @@ def open_session(
         raise InspectionUnavailable(f"the run in {directory} has no socket yet; try again")
     own = [] if listen is None else [f"unixsock-stream/{directory / listen}"]
     settings = _settings(own, others, patience_s)
-    settings |= _ROOM if network is None else _linked(own, network) | network.settings()
+    if network is None or not (network.listens or network.dials):
+        settings |= _ROOM
+    if network is not None:
+        settings |= _linked(own, others, network) | network.settings()
     try:
         return _opened(settings)
     except InspectionUnavailable as error:
         if network is not None and (found := _OCCUPIED.search(str(error))) is not None:
-            ends = ", ".join(map(str, network.listens))
+            ends = ", ".join(network.ends[0])
             text = f"this machine cannot listen at {ends}: {found['reason']}"
             raise InspectionUnavailable(f"{text}; another run of it, or another program, may be there") from None
         if listen is None and any(word in str(error) for word in ("deadline", "Unable to connect")):
@@ -156,13 +159,18 @@ def _settings(own: Sequence[str], others: Sequence[str], patience_s: float) -> d
     }
 
 
-def _linked(own: Sequence[str], network: Network) -> dict[str, Any]:
-    """Return the settings of a process that links its machine to others: a router that forwards messages."""
+def _linked(own: Sequence[str], others: Sequence[str], network: Network) -> dict[str, Any]:
+    """Return the settings of a process with links to other machines or to ROS 2: a router that forwards messages.
+
+    Where ROS 2 has a router, it is a peer of the nodes of ROS 2, which find it through that router.
+    """
+    listens, dials = network.ends
+    router = network.is_router
     return {
-        "mode": "router",
-        "listen/endpoints": [*own, *map(str, network.listens)],
-        "connect/endpoints": [str(end) for end in network.dials],
-        "connect/timeout_ms": -1,  # for ever: a machine may come at any time
+        "mode": "router" if router else "peer",
+        "listen/endpoints": [*own, *listens],
+        "connect/endpoints": dials if router else [*others, *dials],
+        "connect/timeout_ms": -1 if router else 0,  # -1 is for ever: a machine may come at any time
         "scouting/delay": 1,  # milliseconds; multicast scouting is off
         "timestamping/enabled": False,
         "adminspace/enabled": False,

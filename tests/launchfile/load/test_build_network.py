@@ -3,6 +3,7 @@
 import pytest
 
 from busflow.launchfile.load.load import examine, load
+from busflow.launchfile.model.ros2 import ROUTER, Ros2Transport
 
 
 def test_listen_address_and_credentials_of_a_machine(machines):
@@ -34,6 +35,23 @@ def test_listen_address_and_credentials_of_a_machine(machines):
         ("machines: {a b: {connect: 'tls/192.0.2.7:7447'}}", "invalid-name", "is no name of a machine"),
         ("network: {ca: ca.pem, allow: {main: read}}", "invalid-name", "main is a machine, which may do all"),
         ("network: {ca: ca.pem, allow: {viewer: write}}", "unknown-choice", "read, all"),
+        ("network: {ros2: {router: 'tls/h:7447'}}", "bad-endpoint", "write it as tcp/127.0.0.1:7447"),
+        (
+            "network: {ros2: {router: 'tcp/0.0.0.0:7447'}}",
+            "open-endpoint",
+            "any node of ROS 2 that reaches it takes part",
+        ),
+        ("network: {ros2: {domain: 233}}", "out-of-range", "domain"),
+        (
+            "network: {ros2: {domain: 0}}\nmachines: {arm: {connect: 'tcp/127.0.0.1:7448'}}",
+            "open-endpoint",
+            "link the machines by tls",
+        ),
+        (
+            "network: {ros2: {}}\nmachines: {arm: {connect: 'tcp/127.0.0.1:7447'}}",
+            "missing-domain",
+            "state it: ros2: {domain: 0}",
+        ),
         ("nodes: {b: {plugin: p, machine: amr}}", "unknown-machine", "there is no machine amr"),
         ("processes: {x: {machine: amr}}", "unknown-machine", "there is no machine amr"),
         (
@@ -59,3 +77,13 @@ def test_paths_are_relative_to_the_included_file(folder):
     folder.write("network: {ca: keys/ca.pem, listen: 'tls/0.0.0.0:7447'}\n", "robots/net.yaml")
     folder.write("include: robots/net.yaml\nnodes: {a: {plugin: p}}\n")
     assert str(load("lab1.yaml").network.ca.path) == "robots/keys/ca.pem"
+
+
+def test_ros2_takes_its_defaults_and_stated_values(folder):
+    found = folder.load("network: {ros2: {}}\nnodes: {a: {plugin: p}}\n").ros2
+    assert (found.domain, found.transport, found.router, found.topics) == (None, Ros2Transport.ZENOH, ROUTER, ())
+    text = "network: {ros2: {domain: 7, router: 'tcp/[::1]:7448', topics: [/imu/*]}}\nnodes: {a: {plugin: p}}\n"
+    found = folder.load(text).ros2
+    assert (found.domain, str(found.router), found.topics) == (7, "tcp/[::1]:7448", ("/imu/*",))
+    assert str(found.origin) == "lab1.yaml:1:11"
+    assert folder.load("network: {ca: ca.pem}\nnodes: {a: {plugin: p}}\n").ros2 is None

@@ -1,0 +1,96 @@
+"""Zenoh sessions as `rmw_zenoh` opens them, and runs that let them in, each at a port of its own."""
+
+import asyncio
+import json
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import zenoh
+
+from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.network import NetworkAddress
+from busflow.launchfile.model.ros2 import Ros2Spec
+from busflow.launchfile.yaml.value import Origin, StatedBy
+from busflow.wire.zenoh.keys import Token, TokenKind
+
+PATIENCE_S = 60.0
+"""How long to wait for what must come, on however slow a machine; no measure of busflow."""
+
+RMW_ZENOH = {
+    "mode": "peer",
+    "listen/endpoints": ["tcp/localhost:0"],
+    "scouting/multicast/enabled": False,
+    "scouting/gossip/enabled": True,
+    "scouting/gossip/autoconnect": {"router": [], "peer": ["router", "peer"]},
+    "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
+    "timestamping/enabled": {"router": True, "peer": True, "client": True},
+    "transport/link/tx/lease": 60000,
+    "transport/link/tx/keep_alive": 2,
+}
+"""What DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5 of rmw_zenoh_cpp 0.10.5 says and Zenoh's defaults do not."""
+ROUTER = {
+    "mode": "router",
+    "scouting/multicast/enabled": False,
+    "scouting/delay": 1,
+    "routing/router/peers_failover_brokering": False,
+    "timestamping/enabled": {"router": True, "peer": True, "client": True},
+}
+"""The same of DEFAULT_RMW_ZENOH_ROUTER_CONFIG.json5, without its address."""
+
+
+def free_port() -> int:
+    """A port of this machine at which nothing listens."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@contextmanager
+def opened(settings: dict[str, Any]) -> Iterator[Any]:
+    config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    with zenoh.open(config) as session:
+        yield session
+
+
+@contextmanager
+def rmw_session(port: int) -> Iterator[Any]:
+    """A session of `rmw_zenoh` that has found its router, as its nodes wait for one."""
+    with opened(RMW_ZENOH | {"connect/endpoints": [f"tcp/localhost:{port}"]}) as session:
+        linked = threading.Event()
+        listener = session.info.declare_transport_events_listener(lambda _event: linked.set(), history=True)
+        assert linked.wait(PATIENCE_S)
+        yield session
+        listener.undeclare()
+
+
+def ros2_at(port: int, **words: Any) -> LaunchDescription:
+    """A launch file without nodes that lets nodes of ROS 2 in at this port."""
+    router = NetworkAddress("tcp", "127.0.0.1", port, Origin(StatedBy.CALLER))
+    return LaunchDescription("ros2", (), ros2=Ros2Spec(**{"domain": 7, "router": router} | words))
+
+
+async def arrived(items: "asyncio.Queue[Any]") -> Any:
+    """The next item, if it comes at all."""
+    async with asyncio.timeout(PATIENCE_S):
+        return await items.get()
+
+
+async def has_come(session: Any, node: str) -> bool:
+    """Wait until a session sees a node, by the subscription to tokens that each session of `rmw_zenoh` has."""
+    loop, seen = asyncio.get_running_loop(), asyncio.Event()
+
+    def on_token(sample: Any) -> None:
+        token = Token.parse(str(sample.key_expr))
+        if token.kind is TokenKind.NODE and token.node_name == node:
+            loop.call_soon_threadsafe(seen.set)
+
+    subscriber = session.liveliness().declare_subscriber("@ros2_lv/7/**", on_token, history=True)
+    async with asyncio.timeout(PATIENCE_S):
+        await seen.wait()
+    subscriber.undeclare()
+    return True
