@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow.actions.names import action_of
+from busflow.actions.names import SEND_GOAL, action_of, action_type_of
 from busflow.bus.services.client import Client
 from busflow.bus.services.server import Server
 from busflow.errors import BusflowError
@@ -120,14 +120,22 @@ class ServiceMirror:
             return
         support = self._supports(service.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
-            how = "with another definition" if token.type == support.name else f"as {token.type}"
-            self._log.warning(f"{token.node_name} in another process serves {service.name} {how}: it is not called")
+            self._warn_of_type(token, support.name)
             return
         try:
             key, gid = self._key(service.name, service.type), self._gids[service.name]
             self._servers[str(token)] = RemoteServer(service, token, key, self._connection, gid=gid)
         except BusflowError as error:
             self._log.warning(f"{token.node_name} in another process is not called for {service.name}: {error}")
+
+    def _warn_of_type(self, token: Token, own: str) -> None:
+        """Log that a remote server's type is not that of the local clients; once for all parts of an action."""
+        action, kind = action_of(token.topic), action_type_of(token.type) or token.type
+        if action is not None and not token.topic.endswith(SEND_GOAL):
+            return
+        what, so = (token.topic, "is not called") if action is None else (f"the action {action}", "gets no goals")
+        how = "with another definition" if token.type == own else f"as {kind}"
+        self._log.warning(f"{token.node_name} in another process serves {what} {how}: it {so}")
 
     def client_gone(self, token: Token) -> None:
         """Handle the end of another process's client."""

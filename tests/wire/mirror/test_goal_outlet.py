@@ -7,11 +7,22 @@ import time
 import pytest
 import zenoh
 
-from busflow import ActionGone, GoalAborted, GoalCanceled, GoalRejected, launch
+from busflow import (
+    ActionGone,
+    ActionType,
+    ActionUnavailable,
+    GoalAborted,
+    GoalCanceled,
+    GoalRejected,
+    Message,
+    Node,
+    action_client,
+)
 from busflow.interfaces.action import derived_types
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.unique_identifier_msgs import UUID
 from busflow.runner.extension import Extension
+from busflow.runner.graph import Graph
 from busflow.wire.client.client import join
 from busflow.wire.mirror.mirror import Mirror
 from busflow.wire.zenoh.keys import Attachment, topic_key
@@ -55,6 +66,16 @@ class Arm(Node):
     @move.accepts
     def reachable(self, request: MoveTo.Goal) -> bool | str:
         return request.angle <= 100_000 or "out of reach"
+
+
+class Flood(Node):
+    @action(MoveTo, "~/move")
+    async def move(self, goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+        for left in range(int(goal.request.angle)):
+            goal.feedback(MoveTo.Feedback(left=left))
+            if left % 100 == 0:
+                await asyncio.sleep(0)
+        return MoveTo.Result(angle=goal.request.angle)
 """
 FOR_EVER = 90_000.0
 
@@ -71,19 +92,17 @@ def arm(robots):
     return robots(SERVER, "arm").ready()
 
 
-def talk(conversation):
-    """Run `conversation(boss, close)` in a graph of this process that is part of the run; `close` ends its session."""
+def talk(conversation, node=Boss, log=lambda _record: None):
+    """Run `conversation(graph, close)` with a graph of this process in the run; `close` ends its session."""
 
     async def main():
-        graph = launch(Boss)
+        graph = Graph((node,), sinks=(log,), embedded=True)
         session = open_session(find_run().directory, listen="second.sock")
         mirror = Mirror(graph, session, RunCard("second", os.getpid(), time.time_ns()), "second", {})
         graph.attach(Shown(mirror))
         try:
             async with asyncio.timeout(PATIENCE_S), graph:
-                boss = graph.node(Boss)
-                await boss.move.ready(timeout=PATIENCE_S)
-                await conversation(boss, session.close)
+                await conversation(graph, session.close)
         finally:
             mirror.close()
 
@@ -91,7 +110,9 @@ def talk(conversation):
 
 
 def test_goals_end_across_processes_as_in_one(arm):
-    async def conversation(boss, _close):
+    async def conversation(graph, _close):
+        boss = graph.node(Boss)
+        await boss.move.ready(timeout=PATIENCE_S)
         left = []
         result = await boss.move.run(MoveTo.Goal(angle=5), on_feedback=lambda each: left.append(each.left))
         assert (result.angle, left[-1]) == (5, 0)
@@ -110,7 +131,9 @@ def test_goals_end_across_processes_as_in_one(arm):
 
 
 def test_goal_of_a_lost_client_is_canceled(arm):
-    async def conversation(boss, close):
+    async def conversation(graph, close):
+        boss = graph.node(Boss)
+        await boss.move.ready(timeout=PATIENCE_S)
         going = boss.move.send(MoveTo.Goal(angle=FOR_EVER))
         await going.__aenter__()  # its block is never left: what is seen is that the process is there no more
         close()
@@ -120,13 +143,82 @@ def test_goal_of_a_lost_client_is_canceled(arm):
 
 
 def test_killed_server_is_noticed_at_once(arm):
-    async def conversation(boss, _close):
+    async def conversation(graph, _close):
+        boss = graph.node(Boss)
+        await boss.move.ready(timeout=PATIENCE_S)
         async with boss.move.send(MoveTo.Goal(angle=FOR_EVER)) as going:
             arm.kill()
             with pytest.raises(ActionGone, match="/arm/move: its server ended before the goal"):
                 await going.result()
 
     talk(conversation)
+
+
+class Watcher(Node):
+    """Sends goals to the flood."""
+
+    move = action_client(MoveTo, "flood/move")
+
+
+@pytest.mark.usefixtures("arm")
+def test_flood_of_feedback_is_accounted_for():
+    async def conversation(graph, _close):
+        watcher = graph.node(Watcher)
+        await watcher.move.ready(timeout=PATIENCE_S)
+        async with watcher.move.send(MoveTo.Goal(angle=20_000), depth=3) as going:
+            assert (await going.result()).angle == 20_000
+            left = [each.left async for each in going]
+        async with watcher.move.send(MoveTo.Goal(angle=1)) as going:  # by whose number a gap before it is seen
+            assert [each.left async for each in going] == [0]
+        feedback = watcher.move.ends.feedback.statistics()
+        (topic,) = [each for each in graph.report().topics if each.name == "/flood/move/_action/feedback"]
+        assert (len(left), left) == (3, sorted(left))
+        assert feedback.delivered + feedback.dropped + topic.losses.get("lost", 0) == 20_001
+        assert 0 < watcher.move.statistics().feedback_dropped <= feedback.delivered - len(left) - 1
+
+    talk(conversation, Watcher)
+
+
+class Old:
+    """What the arm's action is in a process of another version."""
+
+    class MoveTo(ActionType, package="my_robot"):
+        """Moves to a whole number of degrees."""
+
+        class Goal(Message):
+            angle: int = 0
+
+        class Result(Message):
+            """Nothing."""
+
+        class Feedback(Message):
+            """Nothing."""
+
+
+class OldBoss(Node):
+    """Sends goals of that version."""
+
+    move = action_client(Old.MoveTo, "arm/move")
+
+
+@pytest.mark.usefixtures("arm")
+def test_goal_of_another_definition_is_not_sent():
+    warned: asyncio.Event = asyncio.Event()
+    said = []
+
+    def log(record):
+        said.append(record.event)
+        if "another definition" in record.event:
+            warned.set()
+
+    async def conversation(graph, _close):
+        await warned.wait()
+        with pytest.raises(ActionUnavailable, match="/arm/move has no server"):
+            await graph.node(OldBoss).move.run(Old.MoveTo.Goal(angle=1))
+
+    talk(conversation, OldBoss, log)
+    (line,) = [each for each in said if "/arm in another process serves" in each]
+    assert line.endswith("serves the action /arm/move with another definition: it gets no goals")
 
 
 def test_goal_of_a_ros_client_outlives_it(arm):
