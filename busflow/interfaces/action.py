@@ -129,5 +129,11 @@ def _class(action_type: type[ActionType], suffix: str, base: type, body: dict[st
     made: Any = types.new_class(
         name, (base,), keywords, lambda space: space.update(body, __module__=__name__, __doc__=text)
     )
-    made.__ros_name__ = ros_name
+    made.__ros_name__, made.__action__ = ros_name, action_type
     return made
+
+
+def written_type(cls: type[Any]) -> type[Any]:
+    """Return the class in a source file that a type comes of: the action's for one that is derived of it."""
+    found: type[Any] = getattr(cls, "__action__", cls)
+    return found

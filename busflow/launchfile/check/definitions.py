@@ -10,6 +10,7 @@ from typing import Any
 from busflow.definitions.generator import command, is_generated
 from busflow.definitions.library import Library
 from busflow.errors import BusflowError, InvalidDefinition, Place, Problem
+from busflow.interfaces.action import written_type
 from busflow.interfaces.encoding.description import IndividualDescription, types_in
 from busflow.interfaces.encoding.typesupport import describe
 from busflow.interfaces.message import Message, ServiceType, is_ros_type
@@ -61,7 +62,7 @@ def _compared(
     if now is not None and _fields(now) != _fields(described):
         package = owner.partition("/")[0]
         file = library.packages[package].files[owner]
-        module, line = _source(cls, package)
+        module, line = _source(written_type(cls), package)
         fix = "change the class, or the file"
         if module is not None and is_generated(module):
             fix = command([package], module.parent, folders)

@@ -20,12 +20,13 @@ FILES = {
     "src/grip_msgs/action/Hold.action": "float64 seconds 2\n---\nbool held\n---\nGrip now\n",
 }
 GRIPPER = """
-from busflow import Node, publisher
-from {module} import Grip
+from busflow import Node, action_client, publisher
+from {module} import Grip, Hold
 
 
 class Gripper(Node):
     grip = publisher(Grip, "grip")
+    hold = action_client(Hold, "~/hold")
 """
 
 
@@ -142,14 +143,20 @@ def test_check_names_a_class_whose_file_has_changed(here, capsys):
         )
         return done.returncode, done.stdout + done.stderr
 
-    assert checked() == (0, "no problems\n")
+    assert checked()[0] == 0
     (here / "src/grip_msgs/msg/Grip.msg").write_text("float64 force\nint8 side\n")
     code, out = checked()
     assert code == 3
     assert "error: src/grip_msgs/msg/Grip.msg has changed since the class of grip_msgs/msg/Grip was written" in out
     assert f"  fix: {' '.join(('busflow', *make))}\n" in out
     assert said(capsys, *make)[0] == 0
-    assert checked() == (0, "no problems\n")
+    assert checked()[0] == 0
+    (here / "src/grip_msgs/action/Hold.action").write_text("float64 seconds\n---\n---\nGrip now\nbool firm\n")
+    code, out = checked()
+    lines = (here / "plugins/msgs/grip_msgs.py").read_text().splitlines()
+    line = lines.index('class Hold(ActionType, package="grip_msgs"):')
+    assert f"grip_msgs.py:{line + 1}:1: error: src/grip_msgs/action/Hold.action has changed since" in out
+    assert f"  fix: {' '.join(('busflow', *make))}\n" in out
 
 
 def test_missing_folder_of_interfaces_is_named(here, capsys):
