@@ -15,7 +15,7 @@ from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.message import wants
 from busflow.cli.options.run import complete_actions, full_type, joined, joins
 from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
-from busflow.cli.terminal.output import print_answer, print_found, print_line
+from busflow.cli.terminal.output import local_time, print_answer, print_found, print_line
 from busflow.cli.terminal.table import print_table, print_text
 from busflow.errors import ExitCode, GoalRejected, InvalidInput, NoSuchTarget, Problem
 from busflow.text import did_you_mean, printable
@@ -239,7 +239,6 @@ class _Show:
 def goals(run: str | None, name: str, as_json: bool) -> None:
     """List the goals of the action NAME with their states; those that ended lately too."""
     from busflow.cli.terminal.table import Column
-    from busflow.clock import Time
     from busflow.wire.client.actions import ActionPeer
 
     with joined(run) as peer:
@@ -250,8 +249,8 @@ def goals(run: str | None, name: str, as_json: bool) -> None:
     if as_json:
         print_answer({"action": found.name, "goals": rows})
     elif rows:
-        accepted = [(each["id"], each["state"], str(Time(each["accepted_ns"]))) for each in rows]
-        print_table(accepted, Column("goal"), Column("state"), Column("accepted"))
+        shown = [(each["id"], each["state"], local_time(each["accepted_ns"])) for each in rows]
+        print_table(shown, Column("goal"), Column("state"), Column("accepted"))
     else:
         click.echo(f"{printable(found.name)} has no goals, and had none lately")
 

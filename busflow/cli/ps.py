@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.terminal.output import print_line, print_message, short_path
+from busflow.cli.terminal.output import local_time, print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
 
 if TYPE_CHECKING:
@@ -76,12 +76,11 @@ def _row(present: PresentRun) -> tuple[object, ...]:
     from busflow.clock import SystemClock
 
     card = present.run.card
-    since = _moment(card.since_ns).astimezone()  # shown in local time
     age_s = (SystemClock().now().nanoseconds - card.since_ns) // _NS_PER_S
     nodes = "?" if present.nodes is None else present.nodes
     pids = ",".join(_pid(each) for each in present.processes) or card.pid
     file = short_path(card.file) if card.file else "-"
-    return present.run.name, file, pids, f"{since:%Y-%m-%d %H:%M:%S}", _age(age_s), nodes, present.state
+    return present.run.name, file, pids, local_time(card.since_ns), _age(age_s), nodes, present.state
 
 
 def _pid(process: Mapping[str, Any]) -> str:

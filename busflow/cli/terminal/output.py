@@ -91,6 +91,13 @@ def line_of(data: Mapping[str, Any]) -> str:
         return json.dumps(finite(versioned), default=str, allow_nan=False)
 
 
+def local_time(ns: int) -> str:
+    """Return a stamp as the clock on this machine's wall has it."""
+    from datetime import UTC, datetime
+
+    return f"{datetime.fromtimestamp(ns / 1e9, UTC).astimezone():%Y-%m-%d %H:%M:%S}"
+
+
 def short_path(file: str) -> str:
     """Return a path relative to the working directory if it is below it, else unchanged.
 
