@@ -25,7 +25,7 @@ from busflow.errors import Fault, InvalidDeclaration, InvalidMessage, UnknownTyp
 from busflow.interfaces import arrays
 from busflow.interfaces import field_types as aliases
 from busflow.interfaces.arrays import array, take, zeros
-from busflow.interfaces.constructor import constructor, late_maker
+from busflow.interfaces.constructor import constructor, has_rules, late_maker
 from busflow.interfaces.field_types import *  # noqa: F403 - its __all__ is the list of the field words
 from busflow.interfaces.fields import ArrayKind, FieldType, Length, Primitive, understand
 from busflow.text import did_you_mean, quoted
@@ -83,7 +83,12 @@ class Message(BaseModel, metaclass=_Frozen):
     Balance(value=1.0, side='left')
     """
 
-    model_config: ClassVar[ConfigDict] = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="constants")
+    model_config: ClassVar[ConfigDict] = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        ser_json_inf_nan="constants",
+        defer_build=True,  # until pydantic is asked for more than the fields: most classes of a package never are
+    )
 
     if TYPE_CHECKING:  # pydantic would evaluate these annotations again for each subclass
         __ros_name__: ClassVar[str]
@@ -108,7 +113,8 @@ class Message(BaseModel, metaclass=_Frozen):
         if not cls.model_config.get("frozen") or cls.model_config.get("extra") != "forbid":
             raise InvalidDeclaration(f"{cls.__name__}: every message is frozen, without unknown fields")
         try:
-            cls.model_rebuild()
+            if not _is_plain(cls):
+                cls.model_rebuild()
         except PydanticUndefinedAnnotation as error:
             raise InvalidDeclaration(
                 f"{cls.__name__}: {error.name!r} in an annotation is not known when the class is created; "
@@ -120,7 +126,7 @@ class Message(BaseModel, metaclass=_Frozen):
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler, /) -> CoreSchema:
         if "__ros_fields__" not in vars(cls):
-            cls.__ros_fields__ = {name: _understood(cls, name) for name in cls.model_fields}
+            _set_fields(cls)
         try:
             return handler(source)
         except PydanticSchemaGenerationError as error:
@@ -280,6 +286,20 @@ def find_type(name: str) -> type[Message | ServiceType]:
         raise UnknownType(f"no type {quoted(name)} in {package}; {did_you_mean(word, module.__all__)}")
     return found
 
+
+def _is_plain(cls: type[Message]) -> bool:
+    """Set what ROS knows of the fields, and return whether there is more for pydantic to check when a class is made."""
+    if not cls.__pydantic_fields_complete__:
+        return False
+    _set_fields(cls)
+    return None not in cls.__ros_fields__.values() and not has_rules(cls, Message)
+
+
+def _set_fields(cls: type[Message]) -> None:
+    cls.__ros_fields__ = {name: _understood(cls, name) for name in cls.model_fields}
+
+
+_set_fields(Message)
 
 def _understood(cls: type[Message], name: str) -> FieldType | None:
     try:
