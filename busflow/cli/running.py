@@ -23,7 +23,6 @@ from busflow.launchfile.model.ros2 import Ros2Spec
 from busflow.log import console_sink, json_sink
 from busflow.ros2 import ros2_network
 from busflow.runner.graph import Graph
-from busflow.runner.live_edit import FileWatch
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.loops.system import LoopFactory
 from busflow.runner.run import run_graph
@@ -129,6 +128,8 @@ class Run:
         if not self._simulated:
             graph = Graph([self._description], **self._options)
             if self._watch:
+                from busflow.runner.live_edit import FileWatch
+
                 graph.attach(FileWatch(graph, self._description, partial(self._given.read, self._outer)))
             self._show(graph)
             return nullcontext((graph, self._new_loop))

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, cast, dataclass_transform, get_args, get_type_hints
 
@@ -271,8 +272,7 @@ def find_type(name: str) -> type[Message | ServiceType]:
     Raises:
         UnknownType: there is no such type.
     """
-    msgs = importlib.import_module("busflow.msgs")
-    packages = [module.name for module in pkgutil.iter_modules(msgs.__path__)]
+    packages = _standard_packages()
     package, _, rest = name.partition("/")
     if package not in packages:
         text = f"no type {quoted(name)}: no package {quoted(package)}; {did_you_mean(package, packages)}"
@@ -285,6 +285,12 @@ def find_type(name: str) -> type[Message | ServiceType]:
     if found is None or name not in (type_name(found), f"{package}/{word}"):
         raise UnknownType(f"no type {quoted(name)} in {package}; {did_you_mean(word, module.__all__)}")
     return found
+
+
+@cache
+def _standard_packages() -> list[str]:
+    msgs = importlib.import_module("busflow.msgs")
+    return [module.name for module in pkgutil.iter_modules(msgs.__path__)]
 
 
 def _is_plain(cls: type[Message]) -> bool:
@@ -300,6 +306,7 @@ def _set_fields(cls: type[Message]) -> None:
 
 
 _set_fields(Message)
+
 
 def _understood(cls: type[Message], name: str) -> FieldType | None:
     try:
@@ -334,10 +341,8 @@ def _constants(cls: type[Message]) -> Iterator[Constant]:
         if name.startswith("_") or "ClassVar" not in str(annotation):
             above += name in cls.model_fields
             continue
-        # Only a class may have class variables, and one at a time shows which of them is not known.
-        stand_in = type(cls.__name__, (), {"__annotations__": {name: annotation}, "__module__": cls.__module__})
         try:
-            (hint,) = get_args(get_type_hints(stand_in, include_extras=True)[name]) or (None,)
+            (hint,) = get_args(_evaluated(cls, name, annotation)) or (None,)
             primitive = next((each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Primitive)), None)
             if primitive is not None:
                 yield Constant(name, primitive.name, primitive.check(getattr(cls, name)), above)
@@ -345,6 +350,15 @@ def _constants(cls: type[Message]) -> Iterator[Constant]:
             raise InvalidDeclaration(f"{cls.__name__}.{name}: {error}") from None
         if primitive is not None and not _CONSTANT_NAME.fullmatch(name):
             raise InvalidDeclaration(f"{cls.__name__}.{name}: ROS names a constant in upper case")
+
+
+def _evaluated(cls: type[Message], name: str, annotation: Any) -> Any:
+    """Return the annotation of a class variable; its text is evaluated."""
+    if not isinstance(annotation, str):
+        return annotation
+    # Only a class may have class variables, and one at a time shows which of them is not known.
+    stand_in = type(cls.__name__, (), {"__annotations__": {name: annotation}, "__module__": cls.__module__})
+    return get_type_hints(stand_in, include_extras=True)[name]
 
 
 def _check_field_name(cls: type[Message], name: str) -> None:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from busflow.actions.client import ActionClient
-from busflow.actions.declarations import action_client, create_client
-from busflow.actions.goal import F, G, Parts, R
 from busflow.bus.bus import Bus
 from busflow.bus.names import expand
 from busflow.bus.publisher import Publisher
@@ -21,6 +18,10 @@ from busflow.node.declarations import checked_name, checked_type
 from busflow.node.node import Node, runtime_of
 from busflow.node.runtime import NodeRuntime
 from busflow.text import did_you_mean, nearest
+
+if TYPE_CHECKING:
+    from busflow.actions.client import ActionClient
+    from busflow.actions.goal import F, G, Parts, R
 
 M = TypeVar("M", bound=Message)
 
@@ -92,6 +93,8 @@ class Outside:
 
     def action_client(self, action_type: type[Parts[G, R, F]], action: str) -> ActionClient[Parts[G, R, F]]:
         """The program's client of an action."""
+        from busflow.actions.declarations import action_client, create_client  # most runs have no action
+
         client = self._action_clients.get(action)
         if client is None:
             declared = action_client(action_type, action)

@@ -1,11 +1,9 @@
 """Keys of a launch file: their types, defaults and help. The checks and the JSON Schema are made from them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
 
 from busflow.bus.patterns import check_pattern
 from busflow.launchfile.model.description import HANG_S, ClockMode, Compression, OnDrop
@@ -33,6 +31,7 @@ Qos = str | dict[str, Any]
 class Section(StrictModel):
     """A mapping of a launch file. `x-` keys are the user's own; an empty key counts as not stated."""
 
+    model_config: ClassVar[ConfigDict] = ConfigDict(defer_build=True)  # all of them at once, with the first file
     later: ClassVar[Mapping[str, str]] = {}
     """Keys that only later versions will know, each with what to do instead."""
 
@@ -366,7 +365,9 @@ class GraphKeys(Section):
     defaults: DefaultKeys = Field(default=DefaultKeys(), description="Defaults for every node in it.")
     topics: dict[str, TopicKeys] = Field(default_factory=dict, description="Contracts of topics, by final name.")
     nodes: dict[str, NodeKeys] = Field(default_factory=dict, description="The nodes, by name or namespace/name.")
-    groups: dict[str, GroupKeys] = Field(default_factory=dict, description="Nodes that share a namespace or defaults.")
+    groups: "dict[str, GroupKeys]" = Field(
+        default_factory=dict, description="Nodes that share a namespace or defaults."
+    )
     include: Annotated[list[IncludeKeys], BeforeValidator(_include_list)] = Field(
         default_factory=list[IncludeKeys], description="Launch files whose nodes run too."
     )

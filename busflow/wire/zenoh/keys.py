@@ -9,7 +9,6 @@ Source: ros2/rmw_zenoh, `liveliness_utils.cpp`, `attachment_helpers.cpp`, as of 
 
 from __future__ import annotations
 
-import hashlib
 import struct
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -93,6 +92,8 @@ class Token:
     @property
     def gid(self) -> bytes:
         """The endpoint's gid: sixteen bytes that identify it in each of its messages."""
+        import hashlib  # a client that only looks identifies nothing
+
         return hashlib.blake2b(str(self).encode(), digest_size=_GID_BYTES).digest()
 
     @classmethod

@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 import stat
 from collections import Counter
 from collections.abc import Generator, Iterable, Mapping
@@ -329,6 +328,8 @@ def _is_free(path: Path) -> bool:
 
 
 def _remove(path: Path) -> None:
+    import shutil
+
     shutil.rmtree(path, ignore_errors=True)
 
 
