@@ -185,6 +185,7 @@ class SentGoal(Generic[A]):
     def __init__(self, client: ActionClient[Any], goal: Message, *, timeout_s: float | None, depth: int) -> None:
         self.id: UUID = client.identifiers.draw()
         """The goal's identifier."""
+        self._id_message = to_message(self.id)
         self._client, self._goal, self._timeout_s = client, goal, timeout_s
         self._feedback: deque[Any] = deque(maxlen=depth)
         self._arrival: asyncio.Future[None] | None = None
@@ -205,8 +206,11 @@ class SentGoal(Generic[A]):
             self._close(REJECTED if isinstance(error, GoalRejected) else LOST if _is_lost(error) else LEFT)
             raise
         request: Any = client.types.get_result.Request
-        self._asked = client.ends.results.post(request(goal_id=to_message(self.id)))
-        self._asked.reply.add_done_callback(self._on_reply)
+        self._asked = client.ends.results.post(request(goal_id=self._id_message))
+        if self._asked.reply.done():  # the goal has ended already: nothing is left to wait for
+            self._on_reply(self._asked.reply)
+        else:
+            self._asked.reply.add_done_callback(self._on_reply)
         return self
 
     async def _send(self) -> None:
@@ -216,10 +220,10 @@ class SentGoal(Generic[A]):
             limit_s = min(TIMEOUT_S, self._timeout_s)
             deadline_ns = client.clock.monotonic_ns() + round(self._timeout_s * NS_PER_S)
             self._limit = client.clock.call_at(deadline_ns, self._expire)
-        if client.ends.goals.available:  # of a server in another process one service may be known before the others
+        if client.ends.goals.available and not client.available:  # in another process, whose services come one by one
             await client.ready(timeout=limit_s)
         request: Any = client.types.send_goal.Request
-        call = client.ends.goals.post(request(goal_id=to_message(self.id), goal=self._goal), timeout=limit_s)
+        call = client.ends.goals.post(request(goal_id=self._id_message, goal=self._goal), timeout=limit_s)
         try:
             response = await _waited(call, call.reply)
         except BaseException as error:
@@ -255,7 +259,7 @@ class SentGoal(Generic[A]):
         Raises:
             ActionError: the server did not answer.
         """
-        info = GoalInfo(goal_id=to_message(self.id))
+        info = GoalInfo(goal_id=self._id_message)
         try:
             response = await self._client.ends.cancels.call(CancelGoal.Request(goal_info=info))
         except ServiceError as error:
@@ -291,7 +295,7 @@ class SentGoal(Generic[A]):
         """Wait for the goal to go on; the running activity waits for it too."""
         if self._asked is not None and not self._future.done():
             self._client.ends.results.refuse_cycle(self._asked)
-            await _waited(self._asked, asyncio.wait({future}))
+            await _waited(self._asked, _done(future))
 
     def _wake(self) -> None:
         if self._arrival is not None and not self._arrival.done():
@@ -354,7 +358,7 @@ class SentGoal(Generic[A]):
     def _post_cancel(self) -> None:
         """Ask the server to cancel the goal, without waiting: also a task that is cancelled itself can do so."""
         with suppress(NotRunning):
-            info = GoalInfo(goal_id=to_message(self.id))
+            info = GoalInfo(goal_id=self._id_message)
             self._client.ends.cancels.post(CancelGoal.Request(goal_info=info))
 
     def _translated(self, error: BusflowError) -> BusflowError:
@@ -383,6 +387,21 @@ async def _waited(call: Call[Any, Any], future: Awaitable[T]) -> T:
         return await future
     finally:
         behalf.calls.remove(call)
+
+
+async def _done(future: asyncio.Future[Any]) -> None:
+    """Wait until a future is done, whatever it holds; to cancel the wait leaves it as it is."""
+    waiting: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+    def wake(_: object) -> None:
+        if not waiting.done():
+            waiting.set_result(None)
+
+    future.add_done_callback(wake)
+    try:
+        await waiting
+    finally:
+        future.remove_done_callback(wake)
 
 
 def _is_lost(error: BaseException) -> bool:

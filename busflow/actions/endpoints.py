@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.actions.goal import GoalState
-from busflow.actions.identifiers import from_message
+from busflow.actions.identifiers import key_of
 from busflow.actions.statistics import GoalClientStatistics, GoalServerStatistics
 from busflow.bus.services.client import Client
 from busflow.bus.services.server import Server
@@ -15,7 +15,6 @@ from busflow.errors import ServiceGone
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
-    from uuid import UUID
 
     from busflow.actions.goal import RunningGoal
     from busflow.actions.open_goals import OpenGoals
@@ -88,8 +87,8 @@ class Goals(Protocol):
         """The goals that have not ended."""
         ...
 
-    def find(self, goal_id: UUID) -> RunningGoal[Any] | None:
-        """Return a goal that has not ended, or that ended lately."""
+    def find(self, key: bytes) -> RunningGoal[Any] | None:
+        """Return a goal that has not ended, or that ended lately, by `key_of` its identifier."""
         ...
 
     def close(self) -> None:
@@ -117,7 +116,7 @@ class ResultServer(Server[Any, Any]):
     def accept(self, call: Call[Any, Any]) -> None:
         """Take a call: it is answered now if its goal has ended, or is unknown."""
         self.received += 1
-        goal = self._goals.find(from_message(call.request.goal_id))
+        goal = self._goals.find(key_of(call.request.goal_id))
         if goal is not None and goal.response is None:
             goal.asked.append(call)
             return
@@ -136,14 +135,14 @@ class ResultServer(Server[Any, Any]):
 
     def withdraw(self, call: Call[Any, Any]) -> None:
         """Drop a call whose caller no longer waits; its goal goes on."""
-        goal = self._goals.find(from_message(call.request.goal_id))
+        goal = self._goals.find(key_of(call.request.goal_id))
         if goal is not None and call in goal.asked:
             goal.asked.remove(call)
             self.withdrawn += 1
 
     def holder(self, call: Call[Any, Any]) -> Activity | None:
         """Return the activity of the goal that is asked for, or of the goal before it."""
-        goal = self._goals.find(from_message(call.request.goal_id))
+        goal = self._goals.find(key_of(call.request.goal_id))
         ahead = None if goal is None or goal.response is not None else self._line.ahead_of(goal)
         return None if ahead is None else ahead.activity
 

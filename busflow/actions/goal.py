@@ -6,6 +6,7 @@ import asyncio
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
+from busflow.actions.identifiers import key_of
 from busflow.bus.services.call import Activity, Call
 from busflow.interfaces.message import Message
 from busflow.msgs.action_msgs import GoalInfo, GoalStatus
@@ -66,8 +67,8 @@ class RunningGoal(Generic[A_co]):
     """
 
     __slots__ = (
-        "_goal", "_server", "_status", "activity", "asked", "client", "ending", "handling", "id", "info", "reason",
-        "response", "state", "task",
+        "_goal", "_server", "_status", "activity", "asked", "client", "ending", "handling", "id", "info", "key",
+        "reason", "response", "state", "task",
     )  # fmt: skip
 
     def __init__(self, server: FeedbackTaker, goal_id: UUID, goal: Message, *, client: str, info: GoalInfo) -> None:
@@ -78,6 +79,8 @@ class RunningGoal(Generic[A_co]):
         """The full name of the client's node, or `another process`."""
         self.info: GoalInfo = info
         """Its identifier and the time at which it was accepted, as ROS 2's message."""
+        self.key: bytes = key_of(info.goal_id)
+        """What it is looked up by."""
         self.state: GoalState = GoalState.ACCEPTED
         """The goal's state now."""
         self.ending: GoalState | None = None

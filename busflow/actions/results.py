@@ -8,7 +8,6 @@ from busflow.clock import NS_PER_S
 
 if TYPE_CHECKING:
     from collections.abc import Collection
-    from uuid import UUID
 
     from busflow.actions.goal import RunningGoal
     from busflow.clock import Clock
@@ -25,19 +24,19 @@ class Results:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._ended: dict[UUID, tuple[int, RunningGoal[Any]]] = {}
-        self._statuses: dict[UUID, GoalStatus] = {}
+        self._ended: dict[bytes, tuple[int, RunningGoal[Any]]] = {}
+        self._statuses: dict[bytes, GoalStatus] = {}
 
     def keep(self, goal: RunningGoal[Any]) -> None:
         """Keep a goal that has just ended."""
-        self._ended[goal.id] = self._clock.monotonic_ns(), goal
-        self._statuses[goal.id] = goal.status
+        self._ended[goal.key] = self._clock.monotonic_ns(), goal
+        self._statuses[goal.key] = goal.status
         self._forget()
 
-    def goal(self, goal_id: UUID) -> RunningGoal[Any] | None:
-        """Return a goal that ended lately."""
+    def goal(self, key: bytes) -> RunningGoal[Any] | None:
+        """Return a goal that ended lately, by `key_of` its identifier."""
         self._forget()
-        return self._ended[goal_id][1] if goal_id in self._ended else None
+        return self._ended[key][1] if key in self._ended else None
 
     @property
     def statuses(self) -> Collection[GoalStatus]:

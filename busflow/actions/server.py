@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.actions.endpoints import REJECTED, GoalServer, ResultServer
 from busflow.actions.goal import GoalState, RunningGoal
-from busflow.actions.identifiers import from_message
+from busflow.actions.identifiers import from_message, key_of
 from busflow.actions.open_goals import OpenGoals, WhenBusy
 from busflow.actions.results import Results
 from busflow.bus.failure import is_failure
@@ -82,7 +82,7 @@ class ActionServer(Generic[A]):
         self._type, self._types, self._options = action_type, types, options
         self._handler, self._accepts = handler, accepts
         self._life, self._log, self._clock = life, life.log, clock
-        self._active: dict[UUID, RunningGoal[Any]] = {}
+        self._active: dict[bytes, RunningGoal[Any]] = {}
         self._results = Results(clock)
 
     @property
@@ -106,9 +106,9 @@ class ActionServer(Generic[A]):
         """The goals that have not ended."""
         return self._active.values()
 
-    def find(self, goal_id: UUID) -> RunningGoal[Any] | None:
-        """Return a goal that has not ended, or that ended lately."""
-        return self._active.get(goal_id) or self._results.goal(goal_id)
+    def find(self, key: bytes) -> RunningGoal[Any] | None:
+        """Return a goal that has not ended, or that ended lately, by `key_of` its identifier."""
+        return self._active.get(key) or self._results.goal(key)
 
     # Goals that come.
 
@@ -116,16 +116,16 @@ class ActionServer(Generic[A]):
         """Answer a request of `send_goal`: accept the goal, or reject it and say why."""
         goal_id, stamp = from_message(request.goal_id), self._clock.now().to_msg()
         response: Any = self._types.send_goal.Response
-        refusal = self._refusal(goal_id, request.goal)
+        refusal = self._refusal(request)
         if refusal is not None:
             self.ends.goals.ends[REJECTED] += 1
             self.ends.goals.remark(refusal)
             self._log.info(f"a goal of {self.action} is rejected: {refusal}")
             return response(accepted=False, stamp=stamp)
         info = GoalInfo(goal_id=request.goal_id, stamp=stamp)
-        goal = RunningGoal[Any](self, goal_id, request.goal, client=self.ends.goals.caller, info=info)
+        goal: RunningGoal[Any] = RunningGoal(self, goal_id, request.goal, client=self.ends.goals.caller, info=info)
         replaced = self.line.replaced()
-        self._active[goal_id] = goal
+        self._active[goal.key] = goal
         self.line.waiting.append(goal)
         for each in replaced:
             self._ask_to_end(each, GoalState.ABORTED, f"superseded by the goal {goal_id}")
@@ -134,10 +134,11 @@ class ActionServer(Generic[A]):
             self._publish_status()
         return response(accepted=True, stamp=stamp)
 
-    def _refusal(self, goal_id: UUID, goal: Message) -> str | None:
+    def _refusal(self, request: Any) -> str | None:
         """Return why a goal is rejected, or None."""
-        if self.find(goal_id) is not None:
-            return f"a goal with the identifier {goal_id} was sent already"
+        goal: Message = request.goal
+        if self.find(key_of(request.goal_id)) is not None:
+            return f"a goal with the identifier {from_message(request.goal_id)} was sent already"
         if self._accepts is not None:
             try:
                 answer = self._accepts(goal)
@@ -219,7 +220,7 @@ class ActionServer(Generic[A]):
             return
         goal.state, goal.reason = state, why
         goal.task = goal.handling = None
-        del self._active[goal.id]
+        del self._active[goal.key]
         self.line.remove(goal)
         self.ends.goals.ends[state] += 1
         response: Any = self._types.get_result.Response
@@ -262,7 +263,7 @@ class ActionServer(Generic[A]):
         goal_id, until = from_message(request.goal_info.goal_id), request.goal_info.stamp
         chosen = [each for each in self.goals if _is_meant(each, goal_id, until)]
         if not chosen and goal_id.int and until == Time():
-            known = self._results.goal(goal_id)
+            known = self._results.goal(goal_id.bytes)
             code = CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
             return CancelGoal.Response(return_code=code if known is None else CancelGoal.Response.ERROR_GOAL_TERMINATED)
         for goal in chosen:
