@@ -251,7 +251,9 @@ class Clock(ABC):
 
     def seconds(self) -> float:
         """Return the seconds since the run began."""
-        return self.elapsed_ns() / NS_PER_S
+        return (
+            self.monotonic_ns() - self._start_ns
+        ) / NS_PER_S  # without a further call: nodes ask for it all the time
 
     def elapsed_ns(self) -> int:
         """Return the nanoseconds since the run began."""
@@ -324,7 +326,7 @@ class SimClock(Clock):
 
     def now(self) -> Time:
         """Return the epoch plus the loop's virtual time."""
-        return Time(self.now_ns())
+        return Time(self._epoch_ns + self._loop.time_ns())
 
     def now_ns(self) -> int:
         """Return the current time in nanoseconds."""

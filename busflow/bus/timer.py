@@ -46,9 +46,9 @@ class Timer:
     """A periodic call; calling the timer itself calls the handler at once."""
 
     __slots__ = (
-        "_busy", "_called_ns", "_cancelled", "_clock", "_dispatcher", "_handle", "_handler", "_is_async",
-        "_lateness_ns", "_on_failure", "_open", "_owed", "_period", "_period_ns", "_spawn", "_start_ns", "_tick",
-        "fired", "missed", "missed_policy", "name", "node",
+        "_busy", "_called_ns", "_cancelled", "_clock", "_dispatcher", "_due_at_ns", "_handle", "_handler",
+        "_is_async", "_lateness_ns", "_on_failure", "_open", "_owed", "_period", "_period_ns", "_spawn",
+        "_start_ns", "_tick", "fired", "missed", "missed_policy", "name", "node",
     )  # fmt: skip
 
     def __init__(
@@ -75,7 +75,7 @@ class Timer:
         self._on_failure: Callable[[BaseException], None] | None = None
         self._handle: asyncio.TimerHandle | None = None
         self._lateness_ns: deque[int] = deque(maxlen=LATENESS_KEPT)
-        self._start_ns = self._called_ns = 0
+        self._start_ns = self._called_ns = self._due_at_ns = 0
         self._tick = 1
         self._busy = False
         self._owed = 0
@@ -108,7 +108,7 @@ class Timer:
         if self._clock is not None and self._open and self._period > 0:
             self._start_ns = self._called_ns = self._clock.monotonic_ns()
             self._tick = 1
-            self._handle = self._clock.call_at(self._due_ns(1), self._on_due)
+            self._call_at_tick(self._clock)
 
     def cancel(self) -> None:
         """Stop ticking until `reset`, and discard the ticks still owed by `missed="burst"`."""
@@ -179,6 +179,11 @@ class Timer:
         numerator, denominator = self._period_ns
         return self._start_ns + (2 * tick * numerator + denominator) // (2 * denominator)
 
+    def _call_at_tick(self, clock: Clock) -> None:
+        """Have the next tick called when it is due."""
+        self._due_at_ns: int = self._due_ns(self._tick)
+        self._handle = clock.call_at(self._due_at_ns, self._on_due)
+
     def _on_jump(self, by: Duration) -> None:
         """Adjust to a jump back of time: restart the grid if it goes before the last tick, else keep the next stamp."""
         if self._handle is None or self._clock is None:
@@ -189,19 +194,20 @@ class Timer:
         else:
             self._start_ns, self._called_ns = self._start_ns + back_ns, self._called_ns + back_ns
             self._handle.cancel()
-            self._handle = self._clock.call_at(self._due_ns(self._tick), self._on_due)
+            self._call_at_tick(self._clock)
 
     def _on_due(self) -> None:
-        clock, dispatcher = cast("Clock", self._clock), cast("Dispatcher", self._dispatcher)
-        now = clock.monotonic_ns()
-        late = now - self._due_ns(self._tick)
+        clock: Any = self._clock
+        dispatcher: Any = self._dispatcher
+        now: int = clock.monotonic_ns()
+        late = now - self._due_at_ns
         if self.missed_policy is Missed.SKIP and late > 0:
             skipped = late * self._period_ns[1] // self._period_ns[0]
             self._tick += skipped
             self.missed += skipped
             late = now - self._due_ns(self._tick)
         self._tick, self._called_ns = self._tick + 1, now
-        self._handle = clock.call_at(self._due_ns(self._tick), self._on_due)
+        self._call_at_tick(clock)
         if self._busy:
             if self.missed_policy is Missed.BURST:
                 self._owed += 1

@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from busflow.bus.delivery import DeliverySource
 from busflow.bus.endpoint import Endpoint
@@ -236,8 +236,9 @@ class Topic(DeliverySource, Generic[M]):
         """Wrap a tap: it gets the message itself; an exception is logged and removes the tap, delivery goes on."""
 
         def call(item: M | Perishable[M]) -> None:
+            message: Any = item.message if type(item) is Perishable else item
             try:
-                tap(cast("M", item.message if isinstance(item, Perishable) else item))
+                tap(message)
             except Exception as error:  # noqa: BLE001  # logged below; not the publisher's fault
                 if tap in self.taps:
                     self.taps.remove(tap)

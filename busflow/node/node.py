@@ -161,7 +161,7 @@ class Node(_RclpyNames):
     @property
     def clock(self) -> Clock:
         """The run's clock: `now()` for stamps, `seconds()` since the run began, `await sleep(s)`."""
-        return self._runtime.surroundings.clock
+        return self._runtime.clock
 
     @property
     def log(self) -> FilteringBoundLogger:

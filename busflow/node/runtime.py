@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from busflow.bus.bus import Bus
+    from busflow.clock import Clock
 
 M = TypeVar("M", bound=Message)
 
@@ -84,6 +85,11 @@ class NodeRuntime:
                 "see busflow.launch, or busflow.testing"
             )
         return self._surroundings
+
+    @cached_property
+    def clock(self) -> Clock:
+        """The run's clock."""
+        return self.surroundings.clock
 
     @cached_property
     def log(self) -> FilteringBoundLogger:

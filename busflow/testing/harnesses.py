@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections import Counter, defaultdict, deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,7 +23,6 @@ from busflow.bus.services.call import Pair, Req, Res
 from busflow.bus.services.client import TIMEOUT_S
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.bus.subscription import Subscription
-from busflow.bus.topic import Topic
 from busflow.clock import Duration, SimClock
 from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NoSuchTarget, NotRunning, NotSeen
 from busflow.interfaces.message import Message, type_name
@@ -94,6 +93,34 @@ KEPT = 10_000
 _AS_WRITTEN = "write @virtual_time, below it async def test_…(), and in it async with harness(…) as lab:"
 
 
+class _Traffic:
+    """The messages that were published on one topic, and how many of them `wait_for` has not returned."""
+
+    __slots__ = ("arrival", "kept", "published", "unseen")
+
+    def __init__(self, keep: int) -> None:
+        self.kept: deque[Message] = deque(maxlen=keep)
+        self.published = 0
+        self.unseen = 0
+        self.arrival: asyncio.Event | None = None
+        """Set by the next message, where a test waits for it."""
+
+    def add(self, message: Message) -> None:
+        """Keep one more message."""
+        self.kept.append(message)
+        self.published += 1
+        self.unseen += 1
+        if self.arrival is not None:
+            self.arrival.set()
+            self.arrival = None
+
+    def next(self) -> Message:
+        """Return the oldest message that was not returned yet and is kept."""
+        first = max(0, len(self.kept) - self.unseen)
+        self.unseen = len(self.kept) - first - 1
+        return self.kept[first]
+
+
 class Harness:
     """A graph under test: use it as `async with harness(...) as lab`, on a virtual loop."""
 
@@ -131,11 +158,8 @@ class Harness:
 
             record_graph(self.graph, record)
         self._loop = loop
-        self._received: dict[str, deque[Message]] = defaultdict(lambda: deque(maxlen=KEPT if keep is None else keep))
+        self._traffic: dict[str, _Traffic] = defaultdict(lambda: _Traffic(KEPT if keep is None else keep))
         self._only_newest = keep is not None
-        self._published: Counter[str] = Counter()
-        self._unseen: Counter[str] = Counter()
-        self._arrived: dict[str, asyncio.Event] = defaultdict(asyncio.Event)
         self._expected = expect_failure
         self._is_entered = False
         self._faults = Faults(self.graph.bus)
@@ -210,8 +234,9 @@ class Harness:
             NotSeen: There were more than 10,000, and `keep` does not say how many of them to keep.
         """
         name = self._known(topic, message_type)
-        self._refuse_forgotten(name, self._published[name])
-        return list(cast("list[Any]", self._received[name]))
+        traffic = self._traffic[name]
+        self._refuse_forgotten(traffic, name, traffic.published)
+        return list(cast("deque[Any]", traffic.kept))
 
     @overload
     async def wait_for(self, topic: str, *, timeout: float = 10.0) -> Any: ...  # noqa: ASYNC109  # of virtual seconds
@@ -230,18 +255,16 @@ class Harness:
                 longer kept.
         """
         name = self._known(topic, message_type)
-        received, arrived = self._received[name], self._arrived[name]
+        traffic = self._traffic[name]
         try:
             async with asyncio.timeout(timeout):
-                while not self._unseen[name]:
-                    arrived.clear()
-                    await arrived.wait()
+                while not traffic.unseen:
+                    traffic.arrival = traffic.arrival or asyncio.Event()
+                    await traffic.arrival.wait()
         except TimeoutError:
             raise NotSeen(self._why_nothing_came(name, timeout)) from None
-        self._refuse_forgotten(name, self._unseen[name])
-        first = max(0, len(received) - self._unseen[name])
-        self._unseen[name] = len(received) - first - 1
-        return received[first]
+        self._refuse_forgotten(traffic, name, traffic.unseen)
+        return traffic.next()
 
     @property
     def ledger(self) -> Ledger:
@@ -358,19 +381,8 @@ class Harness:
         """Listen to every topic from the moment it exists."""
         if isinstance(attached, Publisher | Subscription):
             topic = self.graph.bus.topics[attached.topic]
-            if topic.name not in self._received:
-                self._listen(topic)
-
-    def _listen(self, topic: Topic[Any]) -> None:
-        received, arrived = self._received[topic.name], self._arrived[topic.name]
-
-        def on_message(message: Message) -> None:
-            received.append(message)
-            self._published[topic.name] += 1
-            self._unseen[topic.name] += 1
-            arrived.set()
-
-        self.graph.bus.tap(topic, on_message)
+            if topic.name not in self._traffic:
+                self.graph.bus.tap(topic, self._traffic[topic.name].add)
 
     def _known(self, topic: str, message_type: type[Message] | None = None) -> str:
         """Return a topic's full name; refuse an unknown topic, or one of another type."""
@@ -382,9 +394,9 @@ class Harness:
             raise IncompatibleType(f"{name} carries {type_name(topics[name].type)}, not {type_name(message_type)}")
         return name
 
-    def _refuse_forgotten(self, name: str, asked: int) -> None:
+    def _refuse_forgotten(self, traffic: _Traffic, name: str, asked: int) -> None:
         """Refuse to pass the newest messages for all of them, unless the test asked for the newest."""
-        kept = len(self._received[name])
+        kept = len(traffic.kept)
         if asked > kept and not self._only_newest:
             raise NotSeen(
                 f"{asked} messages of {name} are asked for, and the newest {kept} are kept: "
