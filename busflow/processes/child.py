@@ -10,16 +10,11 @@ import json
 import os
 import selectors
 import signal
-import site
 import subprocess
-import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, Protocol
-
-import busflow
 
 _PIECE = 1 << 16
 _LINE_BYTES = 4096
@@ -43,12 +38,12 @@ class Child:
     """A started process of the operating system."""
 
     def __init__(
-        self, arguments: Sequence[str], environment: Mapping[str, str], first_line: Callable[[], bytes], sink: ChildSink
+        self, command: Sequence[str], environment: Mapping[str, str], first_line: Callable[[], bytes], sink: ChildSink
     ) -> None:
-        """Start the process: a new interpreter, never a fork of this one.
+        """Start the process: a new one, never a fork of this one.
 
         Args:
-            arguments: the arguments of the `busflow` command.
+            command: the program and its arguments; the number of the pipe for its messages is put after them.
             environment: all variables of the process.
             first_line: returns the line that the process reads first, on its standard input.
             sink: receives its messages and prints.
@@ -57,14 +52,13 @@ class Child:
             OSError: the system cannot start it.
         """
         reading, writing = os.pipe()
-        command = [sys.executable, "-P", "-m", "busflow", *arguments, "--voice", str(writing)]  # -P: see `_importing`
         try:
             self._process = subprocess.Popen(  # noqa: S603  # our own interpreter and our own arguments
-                command,
+                [*command, str(writing)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
-                env=_importing(environment),
+                env=dict(environment),
                 pass_fds=(writing,),
                 process_group=0,  # the terminal's Ctrl-C goes to the main process only, which stops the others in order
             )
@@ -174,12 +168,3 @@ class Child:
             return
         with suppress(ValueError):  # half a line: the process was killed
             self._sink.on_message(json.loads(line))
-
-
-def _importing(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return the environment in which a process finds the same busflow as this one."""
-    home = str(Path(busflow.__file__).parents[1])
-    if home in (*site.getsitepackages(), site.getusersitepackages()):
-        return dict(environment)
-    known = environment.get("PYTHONPATH")
-    return {**environment, "PYTHONPATH": f"{home}{os.pathsep}{known}" if known else home}

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import signal
+import site
+import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -13,12 +16,13 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+import busflow
 from busflow.errors import ExitCode
 from busflow.node.supervision import Backoff, Restart
 from busflow.processes.assignment import Memory
 from busflow.processes.child import Child
 from busflow.processes.pipe import record_of
-from busflow.runner.signals import CODES
+from busflow.runner.signals import CODES, signal_name
 from busflow.runner.supervisor import NodeState
 
 if TYPE_CHECKING:
@@ -126,8 +130,10 @@ class WorkerProcess:
         """Last report of this life."""
         self.child: Child | None = None
         self.spec = spec
-        self._arguments, self._owner, self._log = [*arguments, "--process", spec.name], owner, log
-        self._environment = {**environment, **spec.env}
+        self._owner, self._log = owner, log
+        # -P: see `_importing`
+        self._command = [sys.executable, "-P", "-m", "busflow", *arguments, "--process", spec.name, "--voice"]
+        self._environment = _importing({**environment, **spec.env})
         self._end: dict[str, Any] = {}
         """The end that the process reported: `exit_code`, `failures`, `finished`; empty if it reported none."""
         self._stopping = asyncio.Event()
@@ -194,7 +200,7 @@ class WorkerProcess:
         self.state, self.report, self._killed_for = MemberState.STARTING, None, ""
         self._end = {}
         try:
-            self.child = Child(self._arguments, self._environment, lambda: self._owner.first_line(self), self)
+            self.child = Child(self._command, self._environment, lambda: self._owner.first_line(self), self)
         except OSError as error:
             self._end = {"failures": [f"the process {self.name} cannot be started: {error}"]}
             self._log.error(f"the process {self.name} cannot be started: {error}")
@@ -228,7 +234,7 @@ class WorkerProcess:
             early = ", before its nodes had ended" if code == ExitCode.OK else ""
             return f"the process {self.name} ended with exit code {code}{early}"
         why = f", since it {self._killed_for}" if self._killed_for else ""
-        return f"the process {self.name} was ended by {_signal_name(_SIGNALS.get(code, -code))}{why}"
+        return f"the process {self.name} was ended by {signal_name(_SIGNALS.get(code, -code))}{why}"
 
     def _pause_s(self) -> float | None:
         """Return the time until the next life; None if there is none."""
@@ -364,8 +370,10 @@ def _is_traced(pid: int) -> bool:
     return "TracerPid:" in status and "TracerPid:\t0\n" not in status
 
 
-def _signal_name(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
+def _importing(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return the environment in which a process finds the same busflow as this one."""
+    home = str(Path(busflow.__file__).parents[1])
+    if home in (*site.getsitepackages(), site.getusersitepackages()):
+        return dict(environment)
+    known = environment.get("PYTHONPATH")
+    return {**environment, "PYTHONPATH": f"{home}{os.pathsep}{known}" if known else home}

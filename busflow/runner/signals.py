@@ -44,6 +44,18 @@ def heeded() -> tuple[signal.Signals, ...]:
     )
 
 
+def signal_name(number: int) -> str:
+    """Return the name of a signal.
+
+    >>> signal_name(9), signal_name(99)
+    ('SIGKILL', 'signal 99')
+    """
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
 class SignalGuard:
     """While entered, the first signal calls `ask_to_stop` (on the guard's thread) and starts the countdown."""
 

@@ -3,8 +3,11 @@
 import asyncio
 import os
 import signal
+import sys
 
 from busflow.processes.child import Child
+
+BUSFLOW = (sys.executable, "-P", "-m", "busflow")
 
 
 class ListRecorder:
@@ -24,7 +27,7 @@ def lived(*arguments, first_line=b"", act=None):
 
     async def main():
         async with asyncio.timeout(60):
-            child = Child(arguments, os.environ, lambda: first_line, listener)
+            child = Child([*BUSFLOW, *arguments, "--voice"], os.environ, lambda: first_line, listener)
             if act is not None:
                 act(child)
             return await child.ended()

@@ -91,7 +91,17 @@ async def worked(folder: Any, then: str, *orders: bytes, act: Any = None, **chan
     messages = Messages()
     with closing(RunDirectory.claim("worker")) as directory:
         line = assignment(directory, path=(str(folder), *sys.path), **changes).line()
-        command = ("run", str(folder / "run.yaml"), "--process", "left")
+        command = (
+            sys.executable,
+            "-P",
+            "-m",
+            "busflow",
+            "run",
+            str(folder / "run.yaml"),
+            "--process",
+            "left",
+            "--voice",
+        )
         async with asyncio.timeout(PATIENCE_S):
             child = Child(command, {**os.environ, "GONE": "1"}, lambda: line, messages)
             try:
