@@ -301,6 +301,10 @@ class ProcessFailed(BusflowError):
     """A process of a run could not be started, did not become ready, or ended too early."""
 
 
+class ProgramFailed(BusflowError):
+    """A program of a run could not be started, or failed and is not restarted."""
+
+
 class CertificateError(BusflowError):
     """A certificate cannot be made."""
 

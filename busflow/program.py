@@ -11,10 +11,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, NotRunning, Problem, Stray
+from busflow.errors import (
+    ExitCode,
+    IncompleteRecording,
+    LaunchError,
+    NodeFailed,
+    NotRunning,
+    Problem,
+    ProgramFailed,
+    Stray,
+)
 from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import LaunchDescription
-from busflow.launchfile.model.placement import placed
+from busflow.launchfile.model.placement import Placement, ProcessLayout, placed
 from busflow.log import console_sink
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
@@ -114,6 +123,7 @@ def run(
             return _run_to_end(_observed(graph, record, inspect), new_loop)
         _check_that_it_can_be_spread(what, spread[0], inspect)
         group = _process_group(graph, spread[0], inspect, outer, args or {}, record, event_loop)
+        _attach_programs(graph, placed(spread[0]))
         return _run_to_end(graph, new_loop, group)
 
 
@@ -149,7 +159,17 @@ def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph
         from busflow.wire.mirror.membership import inspectable
 
         inspectable(graph, inspect, network=ros2_network(graph.descriptions))
+    for each in graph.descriptions:
+        _attach_programs(graph, placed(each, ProcessLayout.ONE))
     return graph
+
+
+def _attach_programs(graph: Graph, placement: Placement) -> None:
+    """Let the graph start the programs that are placed on its machine."""
+    if specs := placement.programs.get(placement.main):
+        from busflow.programs.programs import attach_programs
+
+        attach_programs(graph, specs)
 
 
 class _PlacementNote(Extension):
@@ -236,7 +256,7 @@ def _run_to_end(graph: Graph, loop_factory: LoopFactory, group: ProcessGroup | N
         run_graph(graph, loop_factory=loop_factory)
     except NodeFailed:
         sys.stderr.writelines(f"error: {each.render()}\n" for each in graph.failures)
-    except (IncompleteRecording, Stray) as error:
+    except (IncompleteRecording, ProgramFailed, Stray) as error:
         sys.stderr.write(f"error: {error}\n")
     finally:
         if group:

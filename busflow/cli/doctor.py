@@ -161,6 +161,7 @@ def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
         *_about_machines(present),
         *_about_connections(present),
         *_about_processes(present),
+        *_about_programs(present),
         *findings(graph, tokens, answers),
         *_about_frames(peer, graph),
     )
@@ -204,6 +205,20 @@ def _about_processes(present: PresentRun) -> Iterator[Problem]:
             text = f"the process {each['process']} was started anew {counted(restarts, 'time')}"
             fix = "busflow log --level warning shows why; the counts of its nodes began again at 0"
             yield Problem("process-restarted", text, fix, severity=Severity.WARNING)
+
+
+def _about_programs(present: PresentRun) -> Iterator[Problem]:
+    for each in present.programs:
+        if restarts := each["restarts"]:
+            text = f"the program {each['program']} was started anew {counted(restarts, 'time')}"
+            text += f"; the last time, {each['last_failure']}" if each["last_failure"] else ""
+            fix = f"see what it printed: busflow log --node {each['program']}"
+            yield Problem("program-restarted", text, fix, severity=Severity.WARNING)
+        if each["state"] == "waiting":
+            text = f"the program {each['program']} has not started: it waits for what it depends on"
+            yield Problem(
+                "program-waits", text, "busflow node list -v shows what has not started", severity=Severity.WARNING
+            )
 
 
 def _about_frames(peer: Peer, graph: GraphView) -> Iterator[Problem]:

@@ -1,4 +1,4 @@
-"""`busflow ps`: lists the runs on this machine, with file, process, age and state."""
+"""`busflow ps`: lists the runs on this machine, with file, process, programs, age and state."""
 
 from __future__ import annotations
 
@@ -28,6 +28,9 @@ _COLUMNS = (
     Column("NODES"),
     Column("STATE", folds=True),
 )
+_OF_PROGRAM = ("pid", "state", "restarts", "command")
+_PROGRAMS = Column("PROGRAMS", folds=True)
+"""The column before the last, if a run has programs."""
 _NS_PER_S = 1_000_000_000
 
 
@@ -48,7 +51,9 @@ def ps(as_json: bool) -> None:
     if not found:
         click.echo("nothing is running; start a graph in another terminal: busflow run FILE", err=True)
         return
-    print_table(map(_row, found), *_COLUMNS)
+    has_programs = any(each.programs for each in found)
+    columns = (*_COLUMNS[:-1], _PROGRAMS, _COLUMNS[-1]) if has_programs else _COLUMNS
+    print_table((_row(each, programs=has_programs) for each in found), *columns)
     for each in found:
         if each.silence:
             print_message(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")
@@ -68,11 +73,12 @@ def _as_json(present: PresentRun) -> dict[str, Any]:
             {"name": each["process"], "pid": each["pid"], "nodes": each["nodes"], "restarts": each.get("restarts", 0)}
             for each in present.processes
         ],
+        "programs": [{"name": each["program"], **{key: each[key] for key in _OF_PROGRAM}} for each in present.programs],
         **({"missing": dict(present.missing)} if present.missing else {}),
     }
 
 
-def _row(present: PresentRun) -> tuple[object, ...]:
+def _row(present: PresentRun, *, programs: bool) -> tuple[object, ...]:
     from busflow.clock import SystemClock
 
     card = present.run.card
@@ -80,7 +86,19 @@ def _row(present: PresentRun) -> tuple[object, ...]:
     nodes = "?" if present.nodes is None else present.nodes
     pids = ",".join(_pid(each) for each in present.processes) or card.pid
     file = short_path(card.file) if card.file else "-"
-    return present.run.name, file, pids, local_time(card.since_ns), _age(age_s), nodes, present.state
+    started = [", ".join(_program(each) for each in present.programs) or "-"] if programs else []
+    return present.run.name, file, pids, local_time(card.since_ns), _age(age_s), nodes, *started, present.state
+
+
+def _program(program: Mapping[str, Any]) -> str:
+    """Return a program's name and number, or its state where it does not run.
+
+    >>> _program({"program": "/cam", "pid": 7, "state": "running"})
+    '/cam 7'
+    >>> _program({"program": "/cam", "pid": None, "state": "ended"})
+    '/cam ended'
+    """
+    return f"{program['program']} {program['pid'] or program['state']}"
 
 
 def _pid(process: Mapping[str, Any]) -> str:

@@ -15,7 +15,7 @@ import click
 
 from busflow.cli.terminal.output import colour, json_text, outcome_printed, print_message
 from busflow.cli.terminal.run_summary import print_summary
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Stray
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, ProgramFailed, Stray
 from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import ClockMode, LaunchDescription, RecordSpec
 from busflow.launchfile.model.placement import ProcessLayout, placed
@@ -101,6 +101,7 @@ class Run:
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
+                self._attach_programs(graph)
                 if self._group is None and self._record is not None:  # a group has each of its processes record itself
                     from busflow.recording.recorder.recorder import record_graph
 
@@ -138,6 +139,13 @@ class Run:
         show = None if self._inspect is False else self._show
         return simulated_graph([self._description], show=show, **self._options)
 
+    def _attach_programs(self, graph: Graph) -> None:
+        """Let this process start the programs that are placed on its machine."""
+        if specs := self._placement.programs.get(self._placement.main):
+            from busflow.programs.programs import attach_programs
+
+            attach_programs(graph, specs)
+
     def _show(self, graph: Graph) -> None:
         """Let other terminals inspect the graph, unless --no-inspect was given."""
         if self._inspect is not False:
@@ -174,7 +182,7 @@ class Run:
             run_graph(graph, for_s=for_s, loop_factory=loop_factory)
         except NodeFailed:
             _print_errors(failure.render() for failure in graph.failures)
-        except (IncompleteRecording, Stray) as error:
+        except (IncompleteRecording, ProgramFailed, Stray) as error:
             _print_errors([str(error)])
         finally:
             if self._group:

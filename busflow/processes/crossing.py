@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.qos import Overflow
@@ -10,6 +10,7 @@ from busflow.errors import BusflowError, Problem
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.interfaces.message import type_name
 from busflow.launchfile.model.placement import Placement
+from busflow.launchfile.model.problems import problem_at
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint, ServiceEndpoint
@@ -28,15 +29,37 @@ def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
             reported.add(end.type)
             text = f"{type_name(end.type)} cannot go from the process {place[other.node]} to {place[end.node]}: {why}"
             yield _problem(member, "cannot-cross", text, f"put {other.node} and {end.node} into one process")
+    yield from _dependencies_apart(plan.members, placement, place)
     for member in plan.members:
-        for other in member.supervision.depends_on:
-            if place.get(other, place[member.runtime.full_name]) != place[member.runtime.full_name]:
-                text = f"{member.runtime.full_name} depends on {other}, which is in another process"
-                fix = "put both into one process, or leave it out: no node starts before all processes are linked"
-                yield _problem(member, "cannot-depend", text, fix)
         for received in member.subscriptions:
             if received.qos.overflow is Overflow.BLOCK:
                 yield from _unblockable(member, received, plan.members, place)
+
+
+def _dependencies_apart(
+    members: Sequence[PlannedNode], placement: Placement, place: Mapping[str, str]
+) -> Iterator[Problem]:
+    """Report nodes and programs that depend on what is in another process, or is started by one."""
+    programs = {each.name: process for process, specs in placement.programs.items() for each in specs}
+    everywhere = {**place, **programs}
+    for member in members:
+        name = member.runtime.full_name
+        for other in member.supervision.depends_on:
+            if everywhere.get(other, place[name]) != place[name]:
+                text, fix = _apart(name, other, is_program=other in programs)
+                yield _problem(member, "cannot-depend", text, fix)
+    for program in (each for specs in placement.programs.values() for each in specs):
+        for other in program.supervision.depends_on:
+            if everywhere.get(other, programs[program.name]) != programs[program.name]:
+                text, fix = _apart(program.name, other, is_program=True)
+                yield problem_at("cannot-depend", text, fix, program.depends_origins.get(other, program.origin))
+
+
+def _apart(name: str, other: str, *, is_program: bool) -> tuple[str, str]:
+    text = f"{name} depends on {other}, which is in another process"
+    if is_program:
+        return text, "leave it out, or put the node into the main process, which starts programs"
+    return text, "put both into one process, or leave it out: no node starts before all processes are linked"
 
 
 def _pairs(

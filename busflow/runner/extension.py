@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractAsyncContextManager, nullcontext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from busflow.bus.failure import Failure
     from busflow.runner.report import Report, SnapshotReport
-    from busflow.runner.supervisor import Unit
+    from busflow.runner.supervisor import Prerequisite, Unit
 
 
 class Extension:
@@ -39,6 +40,14 @@ class Extension:
 
     def node_failed(self, failure: Failure) -> None:
         """React to the failure of a node, whether or not the node is restarted."""
+
+    def prerequisites(self) -> Sequence[Prerequisite]:
+        """Return what nodes may depend on besides other nodes."""
+        return ()
+
+    def about(self) -> Mapping[str, Any]:
+        """Return facts about this extension for other terminals, as plain data."""
+        return {}
 
     def snapshot(self, reason: str) -> SnapshotReport | None:  # noqa: ARG002  # for those that override it
         """Write the last moments of the run; return None if this extension keeps none."""

@@ -164,7 +164,7 @@ class Graph:
         if plan.errors:
             raise LaunchError(plan.errors)
         log_problems(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
-        self.units += units_of(plan.members, self._overseer())
+        self.units += units_of(plan.members, self._overseer(), self.extensions)
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         loop = asyncio.get_running_loop()
         with ExitStack() as begun:
@@ -206,7 +206,7 @@ class Graph:
         """Start nodes beside those that run; used by busflow itself."""
         if self._lives is None or self.ending.is_set():
             return
-        units = units_of(members, self._overseer(), self.units)
+        units = units_of(members, self._overseer(), self.extensions, self.units)
         self.units += units
         for unit in units:
             unit.runtime.connect(self.bus)

@@ -134,7 +134,14 @@ def _contents(files: Iterable[Path]) -> _Look:
     return found
 
 
-_LATER = {"name": "name", "seed": "seed", "clock": "clock", "environment": "env", "shutdown_grace_s": "shutdown"}
+_LATER = {
+    "name": "name",
+    "seed": "seed",
+    "clock": "clock",
+    "environment": "env",
+    "shutdown_grace_s": "shutdown",
+    "programs": "programs",
+}
 """Settings that a run keeps as it began, with the keys of the launch file that state them."""
 
 

@@ -79,6 +79,25 @@ class ProcessReport:
     """Ends of those of its lives that did not end well; what is known of them is no older than half a second."""
 
 
+@dataclass(frozen=True, slots=True)
+class ProgramReport:
+    """One program that ran beside the nodes, its output and the ends of its lives."""
+
+    name: str
+    command: tuple[str, ...]
+    state: str
+    pid: int | None = None
+    restarts: int = 0
+    exit_codes: tuple[int, ...] = ()
+    """Exit code of each of its lives, or the negative number of the signal that ended it."""
+    fates: tuple[str, ...] = ()
+    """Ends of those of its lives that did not end well."""
+    lines: int = 0
+    """Lines of its output."""
+    lines_left_out: int = 0
+    """Lines that are not in the log, because too many came in a second."""
+
+
 @dataclass(slots=True)
 class Blocks:
     """Blocks of the event loop by one handler."""
@@ -145,6 +164,8 @@ class Report:
     """Lines of the log that could not be written."""
     processes: tuple[ProcessReport, ...] = ()
     """Processes of a run that has several."""
+    programs: tuple[ProgramReport, ...] = ()
+    """Programs that the run started."""
     recording: RecordingReport | None = None
     snapshots: tuple[SnapshotReport, ...] = ()
 
@@ -191,6 +212,7 @@ class Report:
             "blocks": [asdict(each) for each in self.blocks],
             "log_lines_lost": self.log_lines_lost,
             **({"processes": [asdict(each) for each in self.processes]} if self.processes else {}),
+            **({"programs": [asdict(each) for each in self.programs]} if self.programs else {}),
             **({"recording": asdict(self.recording)} if self.recording else {}),
             **({"snapshots": [asdict(each) for each in self.snapshots]} if self.snapshots else {}),
         }

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Protocol
 
 import anyio
 import anyio.abc
@@ -58,6 +59,24 @@ class Overseer:
     """A node has ended for any reason, and is not restarted."""
 
 
+class Prerequisite(Protocol):
+    """What a node may depend on: another node, or what an extension of the graph has."""
+
+    @property
+    def name(self) -> str:
+        """Its full name."""
+        ...
+
+    @property
+    def met(self) -> Collection[Condition]:
+        """Conditions that are met."""
+        ...
+
+    def condition_event(self, condition: Condition) -> asyncio.Event:
+        """Return the event that is set once a condition is met or can no longer be met; `met` shows which."""
+        ...
+
+
 class Unit:
     """A node and the task that starts, restarts and stops it. A life is the time from one start to its stop."""
 
@@ -75,8 +94,8 @@ class Unit:
         """How often it was stopped while the others went on, to restart it included."""
         self.started_by_hand: int = 0
         """How often it was started after its end."""
-        self.needs: list[tuple[Unit, Condition]] = []
-        """Units and conditions that it waits for before a start, where they are not met; the graph finds the units."""
+        self.needs: list[tuple[Prerequisite, Condition]] = []
+        """What it waits for before a start, where the conditions are not met; the graph finds it."""
         self.met: set[Condition] = set()
         """Conditions of this node that are met; other units may wait for them."""
         self.started: asyncio.Event = asyncio.Event()

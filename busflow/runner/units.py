@@ -9,11 +9,12 @@ from busflow.clock import Clock, perf_counter
 from busflow.errors import NotRunning
 from busflow.node.node import Node
 from busflow.node.supervision import stop_order
-from busflow.runner.supervisor import Overseer, Unit
+from busflow.runner.supervisor import Overseer, Prerequisite, Unit
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.planned_node import PlannedNode
+    from busflow.runner.extension import Extension
 
 GRACE_S = 0.75
 """Time that the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
@@ -21,12 +22,22 @@ RESORT_S = 0.1
 """Time that a node that was given up has to end once cancelled, and again once its tasks are, in wall time."""
 
 
-def units_of(members: Sequence[PlannedNode], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:
-    """Make a unit for each member; `beside` are others that they may wait for."""
+def units_of(
+    members: Sequence[PlannedNode],
+    overseer: Overseer,
+    extensions: Sequence[Extension] = (),
+    beside: Sequence[Unit] = (),
+) -> list[Unit]:
+    """Make a unit for each member; it may wait for the others, for those `beside`, and for what the extensions have.
+
+    What is nowhere is a program that takes no part, as on simulated time: nothing waits for it.
+    """
     units = [Unit(each.node, plugin=each.plugin, overseer=overseer, supervision=each.supervision) for each in members]
-    by_name = {unit.name: unit for unit in (*beside, *units)}
+    others = (each for extension in extensions for each in extension.prerequisites())
+    by_name: dict[str, Prerequisite] = {each.name: each for each in (*others, *beside, *units)}
     for unit in units:
-        unit.needs = [(by_name[name], condition) for name, condition in unit.supervision.depends_on.items()]
+        needs = unit.supervision.depends_on.items()
+        unit.needs = [(by_name[name], condition) for name, condition in needs if name in by_name]
         for other, condition in unit.needs:
             other.condition_event(condition)  # created now: the first message is observed only from here on
     return units

@@ -30,6 +30,7 @@ def print_summary(report: Report) -> None:
         _services(report),
         (list(_actions(data["actions"])), _ACTION_COLUMNS),
         (list(_timers(report)), _TIMER_COLUMNS),
+        (list(_programs(report)), _PROGRAM_COLUMNS),
     ):
         if rows:
             click.echo()
@@ -53,9 +54,8 @@ def _remarks(report: Report) -> Iterator[str]:
             f"{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
             f"for {block.longest_s:.2f} s at the longest"
         )
-    for process in report.processes:
-        if process.restarts or process.fates:
-            yield _process_history(process)
+    yield from (_process_history(process) for process in report.processes if process.restarts or process.fates)
+    yield from (printable(program.fates[-1]) for program in report.programs if program.fates)
     for topic in report.topics:
         texts = [*_topic_losses(topic), *(() if report.processes else _away(topic))]
         yield from (f"{printable(topic.name)}: {text}" for text in texts)
@@ -97,6 +97,17 @@ def _away(topic: TopicReport) -> Iterator[str]:
         if (away := topic.published - line.published) > 0:
             missed = counted(away, "message was", "messages were")
             yield f"{missed} published before {printable(line.node)} had started or after it had stopped"
+
+
+def ending(code: int) -> str:
+    """Return the exit code of a program, or the name of the signal that ended it.
+
+    >>> ending(3), ending(-9)
+    ('3', 'SIGKILL')
+    """
+    from busflow.runner.signals import signal_name  # here, as above
+
+    return str(code) if code >= 0 else signal_name(-code)
 
 
 def _times(count: int) -> str:
@@ -254,6 +265,22 @@ def _timers(report: Report) -> Iterator[tuple[object, ...]]:
     for timer in report.timers:
         late = (_milliseconds(timer.lateness_p50_s), _milliseconds(timer.lateness_p99_s))
         yield timer.node, timer.name, f"{timer.period_s:g} s", timer.fired, timer.missed, *late
+
+
+_PROGRAM_COLUMNS = (
+    Column("program"),
+    Column("state"),
+    Column("exit code", right=True),
+    Column("restarts", right=True),
+    Column("lines", right=True),
+    Column("left out", right=True, goes=1),
+)
+
+
+def _programs(report: Report) -> Iterator[tuple[object, ...]]:
+    for each in report.programs:
+        code = ending(each.exit_codes[-1]) if each.exit_codes else ""
+        yield each.name, each.state, code, each.restarts, each.lines, each.lines_left_out
 
 
 def _milliseconds(seconds: float | None) -> str:

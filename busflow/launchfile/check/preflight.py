@@ -18,6 +18,7 @@ from busflow.bus.qos import QoS
 from busflow.errors import BusflowError, InvalidParameter, LaunchError, Place, PluginError, Problem, Severity
 from busflow.launchfile.check.endpoints import conflicts, unmatched_ends, unused_entries
 from busflow.launchfile.check.planned_node import PlannedNode
+from busflow.launchfile.check.programs import program_problems
 from busflow.launchfile.check.supervision import supervision_problems
 from busflow.launchfile.model.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launchfile.model.doubts import Doubt
@@ -84,13 +85,17 @@ class Preflight:
         plan.problems += conflicts(plan.members, topics, qos=Doubt.QOS not in doubts)
         for member in plan.members:
             plan.problems += unused_entries(member)
+        plan.problems += program_problems(descriptions, simulated=self.clock.kind == "sim")
         plan.problems += unused_places(descriptions)
         number = len(nodes) + sum(len(each.nodes) for each in descriptions)
         plan.is_whole = len(plan.members) == number and Doubt.NODES not in doubts
         if plan.is_whole:
             # With a node missing, the others may only seem to be unmatched.
             plan.problems += unmatched_ends(plan.members, topics, strict=self.strict)
-            plan.problems += supervision_problems(plan.members)
+            if Doubt.PROGRAMS not in doubts:
+                plan.problems += supervision_problems(
+                    plan.members, [one for each in descriptions for one in each.programs]
+                )
         plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
         return plan
 

@@ -1,4 +1,4 @@
-"""Checks the supervision of nodes against the graph: their dependencies, and whether they can be restarted."""
+"""Checks the supervision of nodes and programs: their dependencies, and whether the nodes can be restarted."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from busflow.errors import Problem
+from busflow.launchfile.model.description import ProgramSpec
 from busflow.launchfile.model.problems import problem_at
 from busflow.node.supervision import Condition, Restart, cycle
 from busflow.text import did_you_mean
@@ -15,31 +16,50 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.planned_node import PlannedNode
 
 
-def supervision_problems(members: Sequence[PlannedNode]) -> Iterator[Problem]:
-    """Yield dependencies and restarts that are impossible for these nodes."""
-    by_name = {member.runtime.full_name: member for member in members}
+def supervision_problems(members: Sequence[PlannedNode], programs: Sequence[ProgramSpec] = ()) -> Iterator[Problem]:
+    """Yield dependencies and restarts that are impossible for these nodes and programs."""
+    known: dict[str, PlannedNode | ProgramSpec] = {member.runtime.full_name: member for member in members}
+    known |= {program.name: program for program in programs}
+    for name, each in known.items():
+        yield from _unmet_dependencies(name, each, known)
     for member in members:
-        yield from _unmet_dependencies(member, by_name)
         yield from _not_restartable(member)
-    names = {
-        name: [other for other in member.supervision.depends_on if other in by_name] for name, member in by_name.items()
-    }
-    circle = cycle(names)
+    circle = cycle(
+        {name: [other for other in each.supervision.depends_on if other in known] for name, each in known.items()}
+    )
     if circle:
         text = f"{' waits for '.join(circle)}: none of them would ever start"
-        yield _at_dependency(by_name[circle[0]], circle[1], "dependency-cycle", text, "leave one of them out")
+        yield _at_dependency(known[circle[0]], circle[1], "dependency-cycle", text, "leave one of them out")
 
 
-def _unmet_dependencies(member: PlannedNode, by_name: Mapping[str, PlannedNode]) -> Iterator[Problem]:
-    name = member.runtime.full_name
-    for other, condition in member.supervision.depends_on.items():
-        if other not in by_name:
-            text = f"{name} depends on {other}, which is no node of this graph"
-            fix = did_you_mean(other, by_name.keys() - {name}, none="leave it out: the graph has no other node")
-            yield _at_dependency(member, other, "unknown-node", text, fix)
-        elif condition is Condition.FIRST_MESSAGE and not by_name[other].publishers:
+def _unmet_dependencies(
+    name: str, waiting: PlannedNode | ProgramSpec, known: Mapping[str, PlannedNode | ProgramSpec]
+) -> Iterator[Problem]:
+    for other, condition in waiting.supervision.depends_on.items():
+        found = known.get(other)
+        if found is None:
+            text = f"{name} depends on {other}, which is no node or program of this graph"
+            fix = did_you_mean(other, known.keys() - {name}, none="leave it out: the graph has no other node")
+            yield _at_dependency(waiting, other, "unknown-node", text, fix)
+        elif isinstance(found, ProgramSpec):
+            yield from _unmet_by_program(name, waiting, found, condition)
+        elif condition is Condition.FIRST_MESSAGE and not found.publishers:
             text = f"{name} waits for the first message of {other}, which publishes nothing"
-            yield _at_dependency(member, other, "no-publisher", text, "write ready instead of first_message")
+            yield _at_dependency(waiting, other, "no-publisher", text, "write ready instead of first_message")
+
+
+def _unmet_by_program(
+    name: str, waiting: PlannedNode | ProgramSpec, program: ProgramSpec, condition: Condition
+) -> Iterator[Problem]:
+    if condition is Condition.FIRST_MESSAGE:
+        text = f"{name} waits for the first message of {program.name}, a program, whose messages are not seen"
+        yield _at_dependency(
+            waiting, program.name, "no-publisher", text, "write ready or started instead of first_message"
+        )
+    elif condition is Condition.READY and program.ready is None:
+        text = f"{name} waits until {program.name} is ready, and nothing says when that is"
+        fix = f"write started, or below {program.name.rpartition('/')[2]} a text that it prints then: ready: TEXT"
+        yield _at_dependency(waiting, program.name, "never-ready", text, fix)
 
 
 def _not_restartable(member: PlannedNode) -> Iterator[Problem]:
@@ -55,7 +75,8 @@ def _not_restartable(member: PlannedNode) -> Iterator[Problem]:
         yield Problem("restart", text, fix, member.place)
 
 
-def _at_dependency(member: PlannedNode, other: str, code: str, message: str, fix: str | None) -> Problem:
-    """Return a problem at the place where the launch file names the other node."""
-    origin = member.spec.depends_origins.get(other) if member.spec else None
+def _at_dependency(waiting: PlannedNode | ProgramSpec, other: str, code: str, message: str, fix: str | None) -> Problem:
+    """Return a problem at the place where the launch file names the other node or program."""
+    spec = waiting if isinstance(waiting, ProgramSpec) else waiting.spec
+    origin = spec.depends_origins.get(other) if spec else None
     return Problem(code, message, fix) if origin is None else problem_at(code, message, fix, origin)

@@ -12,28 +12,30 @@ from busflow.bus import names
 from busflow.bus.qos import PRESETS, QoS, qos_faults
 from busflow.errors import InvalidName
 from busflow.launchfile.load.build_network import network_of, ros2_of, unknown_machine
+from busflow.launchfile.load.build_programs import programs_of
 from busflow.launchfile.load.fixed_frames import frames_nodes
 from busflow.launchfile.load.merge import Part
 from busflow.launchfile.load.packages import packages_of
+from busflow.launchfile.load.variables import variables
 from busflow.launchfile.model.description import (
     ClockSpec,
     EndpointSpec,
     LaunchDescription,
     NodeSpec,
     ProcessSpec,
+    ProgramSpec,
     RecordSpec,
     RemapSpec,
     SnapshotSpec,
     Split,
     TopicSpec,
 )
-from busflow.launchfile.model.keys import ORDER, LaunchKeys, NodeKeys, RecordKeys, RestartKeys
+from busflow.launchfile.model.keys import ORDER, LaunchKeys, NodeKeys, RecordKeys
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at, problems
 from busflow.launchfile.yaml.value import Value
-from busflow.node.supervision import RestartPolicy, Supervision
+from busflow.node.supervision import Supervision
 from busflow.text import did_you_mean
-from busflow.validation.faults import shown
 
 _PROCESS_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
 
@@ -66,6 +68,7 @@ class Builder:
             interfaces=tuple(self.part.interfaces),
             packages=self._packages,
             processes=tuple(self._processes()),
+            programs=tuple(self._programs()),
             network=network,
             ros2=ros2_of(keys, self.part.tree, network, self.problems),
             clock=ClockSpec(clock.mode, clock.start, clock.rate),
@@ -163,8 +166,13 @@ class Builder:
             elif self._named(_process_name_fault, "process name", name, value):
                 env = variables(value.members.get("env", value.without(())))
                 machine = self._known_machine(stated.machine, value)
-                policy = _policy(stated.restart)
+                policy = stated.restart.as_policy()
                 yield ProcessSpec(name, key_origin(value), machine, stated.nice, env, policy, stated.hang)
+
+    def _programs(self) -> Iterator[ProgramSpec]:
+        for program in programs_of(self.keys, self.part.tree, self.problems):
+            self._known_machine(program.machine, self.part.tree.section("programs")[program.name.removeprefix("/")])
+            yield program
 
     def _remap(self, stated: NodeKeys, node: Value) -> list[RemapSpec]:
         rules: list[RemapSpec] = []
@@ -264,11 +272,7 @@ class Builder:
 def _supervision(stated: NodeKeys) -> Supervision:
     """Return the restart policy and dependencies of a node, with the full names of other nodes."""
     needs = {f"/{key}": what for key, what in stated.depends_on.items()}
-    return Supervision(_policy(stated.restart), needs, stated.on_exit)
-
-
-def _policy(keys: RestartKeys) -> RestartPolicy:
-    return RestartPolicy(keys.policy, keys.max, keys.backoff[0], keys.backoff[1], keys.window)
+    return Supervision(stated.restart.as_policy(), needs, stated.on_exit)
 
 
 def record_spec(keys: RecordKeys) -> RecordSpec:
@@ -289,12 +293,6 @@ def _ordered(node: Value) -> Value:
     """Return a node's entry with `when` and `plugin` first."""
     first = [key for key in ("when", "plugin") if key in node.members]
     return replace(node, content={key: node.members[key] for key in dict.fromkeys([*first, *node.members])})
-
-
-def variables(env: Value) -> dict[str, str]:
-    """Return the environment variables that an `env` section states, all as texts."""
-    contents = ((name, each.content) for name, each in env.members.items())
-    return {name: each if isinstance(each, str) else shown(each) for name, each in contents}
 
 
 def _mapping(stated: Value | None, node: Value) -> Value:

@@ -19,7 +19,7 @@ from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import MAX_VALUES, Limits
 from busflow.launchfile.yaml.value import Value
 
-SECTIONS = ("nodes", "topics", "include", "groups")
+SECTIONS = ("nodes", "programs", "topics", "include", "groups")
 """Keys whose entries may have `for_each` and `when`."""
 
 

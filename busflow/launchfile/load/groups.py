@@ -36,7 +36,7 @@ class _Flat:
 
     problems: Problems
     includes: list[Included] = field(default_factory=list[Included])
-    entries: dict[str, dict[str, Value]] = field(default_factory=lambda: {"nodes": {}, "topics": {}})
+    entries: dict[str, dict[str, Value]] = field(default_factory=lambda: {"nodes": {}, "programs": {}, "topics": {}})
 
     def add(self, keys: GraphKeys, tree: Value, namespace: str | None, below: Value, off: Value | None) -> None:
         """Add the entries of a file or a group.
@@ -57,6 +57,11 @@ class _Flat:
             else:
                 node = _with_dependencies(node, namespace)
                 self._put("nodes", full_key(key, node, namespace), node.without(("namespace",)), off)
+        for key, program in tree.section("programs").items():
+            if namespace is None:
+                self._put("programs", key, program, off)
+            else:
+                self._put("programs", compose(namespace, key), _with_dependencies(program, namespace), off)
         for key, topic in tree.section("topics").items():
             self._put("topics", compose(namespace, key) if namespace is not None else key, topic, off)
         for index, include in enumerate(keys.include):
@@ -83,7 +88,7 @@ class _Flat:
 
 
 def _with_dependencies(node: Value, namespace: str) -> Value:
-    """Return a node with the names in its `depends_on` put into the group's namespace."""
+    """Return a node or program with the names in its `depends_on` put into the group's namespace."""
     needs = node.members.get("depends_on")
     if needs is None or not isinstance(needs.content, dict):
         return node

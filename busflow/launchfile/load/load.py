@@ -115,9 +115,9 @@ def _described(
     changes = override.with_parameter_files(changes, part.tree, files)
     keys, part.tree = checked(override.applied(part.tree, changes, problems), problems)
     description = Builder(part, keys, problems).build(file.path.stem, tuple(files.paths))
-    if not description.nodes and not problems:
+    if not description.nodes and not description.programs and not problems:
         message, fix = "the file names no nodes: there is nothing to run", "add `nodes:`"
-        if keys.nodes:
+        if keys.nodes or keys.programs:
             message, fix = "every node is left out by its `when`: there is nothing to run", None
         problems.add(problem_at("no-nodes", message, fix, part.tree.origin))
     unknown = doubts(problems.left_out)

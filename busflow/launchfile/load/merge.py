@@ -71,7 +71,7 @@ def changed(node: Value, change: Value) -> Value:
 
 
 def named(part: Part, namespace: str, problems: Problems) -> Part:
-    """Give the nodes and topics in the part of one file their final names."""
+    """Give the nodes, programs and topics in the part of one file their final names."""
     members = dict(part.tree.members)
     if "topics" in members:
         members["topics"] = _with_final_names(members["topics"], namespace, problems)
@@ -88,6 +88,11 @@ def named(part: Part, namespace: str, problems: Problems) -> Part:
         members["nodes"] = replace(nodes, content=inner)
         own = tuple(folder.path for folder in part.folders)
         part.own_folders = {key: own for key, value in inner.items() if "plugin" in value.members}
+    if "programs" in members:
+        names = {key: compose(namespace, key).removeprefix("/") for key in members["programs"].members}
+        programs = _renamed(members["programs"], names, problems, "program")
+        inner = {key: _with_final_dependencies(value, namespace, problems) for key, value in programs.members.items()}
+        members["programs"] = replace(programs, content=inner)
     part.tree = replace(part.tree, content=members)
     return part
 
@@ -164,7 +169,7 @@ def _with_final_names(topics: Value, namespace: str, problems: Problems) -> Valu
 
 
 def _with_final_dependencies(node: Value, namespace: str, problems: Problems) -> Value:
-    """Return a node with final names in its `depends_on`, which the file writes like the keys of its nodes."""
+    """Return a node or program with final names in its `depends_on`, which are written like the keys of nodes."""
     needs = node.members.get("depends_on")
     if needs is None or not isinstance(needs.content, dict):
         return node

@@ -17,8 +17,8 @@ from busflow.validation.faults import dotted, shown
 
 COMMAND_LINE = StatedBy.COMMAND_LINE.value
 SETTABLE = (
-    *("clock", "expect", "frames", "machines", "name", "network", "nodes", "packages", "processes", "qos"),
-    *("record", "seed", "shutdown", "topics"),
+    *("clock", "expect", "frames", "machines", "name", "network", "nodes", "packages", "processes", "programs"),
+    *("qos", "record", "seed", "shutdown", "topics"),
 )
 
 

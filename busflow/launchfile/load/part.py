@@ -10,8 +10,8 @@ from pathlib import Path
 
 from busflow.errors import LaunchError, Problem
 from busflow.launchfile.load.arguments import bind
-from busflow.launchfile.load.build import variables
 from busflow.launchfile.load.build_network import anchored
+from busflow.launchfile.load.build_programs import in_folder
 from busflow.launchfile.load.expand import expanded
 from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.files import Files
@@ -21,6 +21,7 @@ from busflow.launchfile.load.override import SETTABLE
 from busflow.launchfile.load.parameter_file import nested
 from busflow.launchfile.load.profiles import chosen
 from busflow.launchfile.load.resolver import Resolver
+from busflow.launchfile.load.variables import variables
 from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at, warning_at
 from busflow.launchfile.yaml.value import Value
@@ -65,6 +66,7 @@ def part_of(file: LaunchFile, files: Files, outside: Scope) -> Part | None:
     file = replace(file, namespace=compose(file.namespace, keys.namespace))
     tree = _with_parameter_files(tree, file.namespace, folder, scope, files)
     tree, includes = flattened(keys, tree, problems)
+    tree = in_folder(tree, folder)
     folders, interfaces = (files.folders(tree, key, folder) for key in ("plugins", "interfaces"))
     kept = {key: value for key, value in tree.members.items() if key in {*SETTABLE, "env"}}
     own = Part(replace(tree, content=kept), folders, tuple(bound.known.values()), interfaces=interfaces)

@@ -171,6 +171,28 @@ class ProcessSpec:
     hang_s: float = HANG_S  # infinite: its event loop may stand still for ever
 
 
+GRACE_S = 2.0
+"""How long a program may take to end after SIGINT, and again after SIGTERM, unless the launch file says."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramSpec:
+    """Program of any language that runs beside the nodes."""
+
+    name: str  # its full name: "/driver" or "/left/driver"
+    origin: Origin  # its `place` is the program's key
+    command: tuple[str, ...]  # the program and its arguments
+    command_origin: Origin
+    cwd: Path
+    cwd_origin: Origin
+    env: Mapping[str, str] = field(default_factory=dict[str, str])
+    ready: str | None = None  # a text in a line of its output that says that it is ready
+    grace_s: float = GRACE_S
+    supervision: Supervision = field(default_factory=Supervision)
+    depends_origins: Mapping[str, Origin] = field(default_factory=dict[str, Origin])  # by the other's full name
+    machine: str | None = None  # None: the main machine
+
+
 @dataclass(frozen=True, slots=True)
 class ClockSpec:
     """Clock that a launch file selects."""
@@ -193,6 +215,7 @@ class LaunchDescription:
     interfaces: tuple[StatedPath, ...] = ()  # folders of definition files
     packages: Mapping[str, Path] = field(default_factory=dict[str, Path])  # folders that package:// addresses begin at
     processes: tuple[ProcessSpec, ...] = ()
+    programs: tuple[ProgramSpec, ...] = ()
     network: NetworkSpec | None = None  # None if everything is on one machine
     ros2: Ros2Spec | None = None  # None: no node of ROS 2 takes part
     here: str | None = None  # this machine; None: the whole graph is checked or run as one

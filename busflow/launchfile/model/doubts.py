@@ -15,6 +15,7 @@ class Doubt(StrEnum):
     PLUGINS = "plugins"  # their folders
     PARAMETERS = "parameters"  # the stated ones
     QOS = "qos"
+    PROGRAMS = "programs"  # the set of programs, on which nodes may depend
 
 
 _NAMELESS = {
@@ -50,8 +51,8 @@ def _doubt(path: KeyPath) -> Doubt | None:
     # A chosen profile is already merged into the file's own keys.
     if head in _NAMELESS or head == "profiles" or head.startswith("x-"):
         return None
-    if head == "plugins":
-        return Doubt.PLUGINS
+    if head in {"plugins", "programs"}:
+        return Doubt(head)
     key = steps[1] if head == "defaults" and len(steps) > 1 else steps[2] if head == "nodes" and len(steps) > 2 else ""
     if head in {"qos", "topics"} or key in {"publishers", "subscriptions"}:
         return Doubt.QOS

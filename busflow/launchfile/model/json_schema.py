@@ -19,6 +19,8 @@ Schema = dict[str, Any]
 
 _EXPRESSION: Schema = {"type": "string", "pattern": r"\$\{"}
 _NODE_NAME = r"^/?([A-Za-z_][A-Za-z0-9_]*/)*[A-Za-z_][A-Za-z0-9_]*$|\$\{"
+_RESTARTED = ("NodeKeys", "DefaultKeys", "ProcessKeys", "ProgramKeys")
+"""Sections that have a `restart`."""
 _BESIDE = ("description", "default", "readOnly")
 """Schema keys that describe a value independently of its type."""
 
@@ -55,7 +57,8 @@ def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
     definitions["NodeKeys"] |= _by_plugin(plugins, definitions)
     for graph in (root, definitions["GroupKeys"], definitions["ProfileKeys"]):
         _place_includes(graph)
-        graph["properties"]["nodes"]["propertyNames"] = {"pattern": _NODE_NAME}
+        for section in ("nodes", "programs"):
+            graph["properties"][section]["propertyNames"] = {"pattern": _NODE_NAME}
     for name, section in [("", root), *definitions.items()]:
         if name == "" or name.endswith("Keys"):
             section["patternProperties"] = {"^x-": True}
@@ -161,7 +164,7 @@ def _place_restart(definitions: Schema) -> None:
     """Allow one word in `restart` as short for an entry with only `policy`."""
     whole: Schema = {"$ref": "#/$defs/RestartKeys"}
     forms: list[Schema] = [{"enum": list(Restart)}, whole, {"$ref": "#/$defs/Expression"}]
-    for properties in (definitions[owner]["properties"] for owner in ("NodeKeys", "DefaultKeys", "ProcessKeys")):
+    for properties in (definitions[owner]["properties"] for owner in _RESTARTED):
         description = properties["restart"]["description"]
         properties["restart"] = {"description": description, "default": "never", "anyOf": forms}
 

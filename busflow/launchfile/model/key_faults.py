@@ -14,7 +14,7 @@ from busflow.errors import Fault, KeyPath, LaunchError
 from busflow.launchfile.model.keys import ORDERED, LaunchKeys, NodeKeys, Section
 from busflow.launchfile.model.problems import Problems
 from busflow.launchfile.model.problems import problems as located
-from busflow.launchfile.yaml.scalar import flow
+from busflow.launchfile.yaml.scalar import flow, flow_words
 from busflow.launchfile.yaml.value import Value
 from busflow.text import nearest, printable
 from busflow.validation.annotations import at, split
@@ -101,7 +101,7 @@ def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | 
     section = _section(fault.path)
     text: str | None = None
     if _wants_list(fault):
-        text = f"{key}: [{flow(value)}]"
+        text = f"{key}: {flow_words(value) if key == 'command' and isinstance(value, str) else f'[{flow(value)}]'}"
     elif section is None and get_origin(wanted) is not dict:
         return None
     elif isinstance(value, list):

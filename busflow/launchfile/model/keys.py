@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, cast
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
 
 from busflow.bus.patterns import check_pattern
-from busflow.launchfile.model.description import HANG_S, ClockMode, Compression, OnDrop
+from busflow.launchfile.model.description import GRACE_S, HANG_S, ClockMode, Compression, OnDrop
 from busflow.launchfile.model.network import Role
 from busflow.launchfile.model.ros2 import MOST_DOMAIN, Ros2Transport
 from busflow.node.supervision import Condition, OnExit, Restart, RestartPolicy
@@ -110,6 +110,10 @@ class RestartKeys(Section):
     )
     window: Seconds = Field(default=_STANDARD.window_s, description="The time in which the limit counts.")
 
+    def as_policy(self) -> RestartPolicy:
+        """Return the policy that the keys state."""
+        return RestartPolicy(self.policy, self.max, self.backoff[0], self.backoff[1], self.window)
+
 
 def _restart_word(data: object) -> object:
     """`restart: on-failure` is short for a mapping with only that."""
@@ -127,7 +131,8 @@ class DefaultKeys(Section):
         default=RestartKeys(policy=Restart.NEVER), description="What happens when the node fails or ends."
     )
     depends_on: dict[str, Condition] = Field(
-        default_factory=dict, description="What to wait for in other nodes before the start, by their names."
+        default_factory=dict,
+        description="What to wait for in other nodes and programs before the start, by their names.",
     )
     on_exit: OnExit = Field(default=OnExit.IGNORE, description="What the end of the node's run() means for the others.")
     process: str | None = Field(
@@ -190,6 +195,41 @@ class ProcessKeys(Section):
         default=RestartKeys(policy=Restart.NEVER), description="What happens when the process fails, hangs or ends."
     )
     hang: Seconds = Field(default=HANG_S, description="How long its event loop may stand still; .inf for ever.")
+
+
+class ProgramKeys(Repeatable):
+    """A program of any language that runs beside the nodes."""
+
+    command: Annotated[list[str | int | float | bool], Field(min_length=1)] | None = Field(
+        default=None,
+        description="The program and its arguments, a word each: [ros2, run, cam, node]; no shell reads it.",
+    )
+    cwd: str | None = Field(
+        default=None,
+        min_length=1,
+        description="The folder it runs in, relative to this file; without it that of this file.",
+    )
+    env: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="Variables of its environment, beside those of the run."
+    )
+    ready: str | None = Field(
+        default=None, min_length=1, description="A text in a line that it prints once it is ready, for `depends_on`."
+    )
+    grace: Seconds = Field(
+        default=GRACE_S,
+        description="How long it may take to end after SIGINT, and again after SIGTERM, before SIGKILL.",
+    )
+    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+        default=RestartKeys(policy=Restart.NEVER), description="What happens when the program fails or ends."
+    )
+    depends_on: dict[str, Condition] = Field(
+        default_factory=dict,
+        description="What to wait for in nodes and other programs before the start, by their names.",
+    )
+    on_exit: OnExit = Field(default=OnExit.IGNORE, description="What its end without a failure means for the others.")
+    machine: str | None = Field(
+        default=None, min_length=1, description="The machine it runs on, one of `machines`; main unless said."
+    )
 
 
 class MachineKeys(Section):
@@ -365,6 +405,10 @@ class GraphKeys(Section):
     defaults: DefaultKeys = Field(default=DefaultKeys(), description="Defaults for every node in it.")
     topics: dict[str, TopicKeys] = Field(default_factory=dict, description="Contracts of topics, by final name.")
     nodes: dict[str, NodeKeys] = Field(default_factory=dict, description="The nodes, by name or namespace/name.")
+    programs: dict[str, ProgramKeys] = Field(
+        default_factory=dict,
+        description="Programs of any language that run beside the nodes, by name or namespace/name.",
+    )
     groups: "dict[str, GroupKeys]" = Field(
         default_factory=dict, description="Nodes that share a namespace or defaults."
     )
@@ -456,6 +500,7 @@ ORDER = (
         "defaults",
         "topics",
         "nodes",
+        "programs",
         "groups",
         "processes",
         "machines",

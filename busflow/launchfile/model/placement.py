@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from busflow.errors import Problem, Severity
-from busflow.launchfile.model.description import LaunchDescription, NodeSpec, ProcessSpec
+from busflow.launchfile.model.description import LaunchDescription, NodeSpec, ProcessSpec, ProgramSpec
 from busflow.launchfile.model.problems import warning_at
 
 MAIN = "main"
@@ -56,6 +56,8 @@ class Placement:
     machine: str = MAIN
     elsewhere: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     """Processes of other machines, in the form of `nodes`."""
+    programs: Mapping[str, tuple[ProgramSpec, ...]] = field(default_factory=dict[str, tuple[ProgramSpec, ...]])
+    """By process, the programs that it starts: always the main process of a machine."""
 
     @property
     def main(self) -> str:
@@ -90,7 +92,12 @@ def placed(description: LaunchDescription, spread: ProcessLayout = ProcessLayout
             specs[process_name(machine, process)] = _own_process(process_name(machine, process), node)
         where = nodes if machine == here or spread is ProcessLayout.ONE else elsewhere
         where.setdefault(process_name(machine, process), []).append(node.full_name)
-    return Placement(_frozen(nodes), specs, here, _frozen(elsewhere))
+    programs: dict[str, tuple[ProgramSpec, ...]] = {}
+    for program in description.programs:
+        machine = here if spread is ProcessLayout.ONE else program.machine or MAIN
+        starter = process_name(machine, MAIN)
+        programs[starter] = (*programs.get(starter, ()), program)
+    return Placement(_frozen(nodes), specs, here, _frozen(elsewhere), programs)
 
 
 def _own_process(name: str, node: NodeSpec) -> ProcessSpec:
@@ -102,12 +109,15 @@ def _frozen(nodes: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
     return {process: tuple(names) for process, names in nodes.items()}
 
 
-def for_machine(here: str | None, node: NodeSpec, problems: Sequence[Problem]) -> list[Problem]:
-    """Return a node's problems, as warnings if it runs on another machine: its driver need not be installed here."""
-    where = node.machine or MAIN
+def for_machine(here: str | None, spec: NodeSpec | ProgramSpec, problems: Sequence[Problem]) -> list[Problem]:
+    """Return problems of a node or program, as warnings if it runs elsewhere: it need not be installed here."""
+    where = spec.machine or MAIN
     if here in {None, where}:
         return list(problems)
-    note = f"; {node.full_name} runs on the machine {where}, and what it publishes is not checked here"
+    if isinstance(spec, NodeSpec):
+        note = f"; {spec.full_name} runs on the machine {where}, and what it publishes is not checked here"
+    else:
+        note = f"; it runs on the machine {where}"
     return [replace(each, message=f"{each.message}{note}", severity=Severity.WARNING) for each in problems]
 
 
@@ -115,7 +125,8 @@ def unused_places(descriptions: Sequence[LaunchDescription]) -> Iterator[Problem
     """Report processes and machines without nodes: they are not started."""
     for description in descriptions:
         for name, machine in description.network.machines.items() if description.network else ():
-            if name != MAIN and all(node.machine != name for node in description.nodes):
+            placed_here = [each for each in (*description.nodes, *description.programs) if each.machine == name]
+            if name != MAIN and not placed_here:
                 message, fix = f"no node is on the machine {name}", f"write machine: {name} below a node or a process"
                 yield warning_at("unused-machine", message, fix, machine.origin)
     used = {node.process for description in descriptions for node in description.nodes}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import shlex
 import sys
 from collections.abc import Mapping
 from typing import Any, cast
@@ -93,6 +94,19 @@ def flow(value: Any) -> str:
             return "[" + ", ".join(map(flow, cast("list[object]", value))) + "]"
         case _:
             return written(cast("Scalar", value))
+
+
+def flow_words(command: str) -> str:
+    """Return a command as a list of its words, on one line, split as a shell would.
+
+    >>> flow_words("ros2 run cam 'node one'")
+    '[ros2, run, cam, "node one"]'
+    """
+    try:
+        words = shlex.split(command)
+    except ValueError:  # a quote that does not end
+        words = command.split()
+    return f"[{', '.join(map(flow, words))}]"
 
 
 def _text(text: str) -> str:

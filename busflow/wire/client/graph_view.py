@@ -118,7 +118,17 @@ class GraphView:
         Raises:
             NoSuchTarget: there is none; the message names the nearest.
         """
+        full = f"/{name.removeprefix('/')}"
+        if full not in self.nodes and full in self.programs:
+            shown = printable(full)
+            fix = f"busflow ps shows it, and busflow log --node {shown} what it prints"
+            raise NoSuchTarget(f"{shown} is a program, not a node: {fix}")
         return _named(name, self.nodes, "node")
+
+    @property
+    def programs(self) -> frozenset[str]:
+        """The full names of the programs that the run has started."""
+        return frozenset(each["program"] for process in self.processes for each in process.get("programs", ()))
 
 
 def view(tokens: Iterable[Token], answers: Sequence[Mapping[str, Any]]) -> GraphView:

@@ -39,6 +39,11 @@ class PresentRun:
         return None if self.silence else sum(process["nodes"] for process in self.processes)
 
     @property
+    def programs(self) -> tuple[Mapping[str, Any], ...]:
+        """The programs that its processes have started: `{program, pid, state, restarts, command, last_failure}`."""
+        return tuple(program for process in self.processes for program in process.get("programs", ()))
+
+    @property
     def missing(self) -> Mapping[str, str]:
         """The machines that the run's own one is not linked to, and why."""
         machines = self._here.get("machines", {})
@@ -65,6 +70,7 @@ class PresentRun:
         states = Counter[str]()
         for process in self.processes:
             states.update(process.get("states", {}))
+        states.update(program["state"] for program in self.programs)
         if states["failed"]:
             return f"{states['failed']} failed"
         if self.missing:

@@ -134,6 +134,7 @@ class Questions:
             "nodes": len(graph.units),
             "states": Counter(unit.state.value for unit in graph.units),
             "interfaces": [str(each) for each in self._folders],
+            **self._facts(),
             **self._about(),
         }
 
@@ -142,7 +143,7 @@ class Questions:
         return self._graph.report().as_json()
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
-        """This process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere}`."""
+        """This process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere, …}`."""
         topics, inbox = self._graph.bus.topics.values(), self._graph.bus.inbox.statistics()
         timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.endpoints.timers]
         external = {each.topic for spec in self._graph.descriptions for each in spec.topics if each.external}
@@ -161,7 +162,12 @@ class Questions:
             "services": [asdict(each) for each in service_reports(self._graph.bus)],
             "timers": timers,
             "elsewhere": sorted(self._elsewhere),
+            **self._facts(),
         }
+
+    def _facts(self) -> dict[str, Any]:
+        """Return what the graph's extensions say of themselves, such as its `programs`."""
+        return {name: fact for each in self._graph.extensions for name, fact in each.about().items()}
 
     def types(self, arguments: Mapping[str, Any]) -> object:
         """Return `{hash, encoding, description}` by type name; `names` or a `hash` select types."""

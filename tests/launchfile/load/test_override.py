@@ -73,7 +73,7 @@ def test_other_values_keep_their_origin(folder):
             "include=[a]",
             1,
             "include cannot be set",
-            "known: clock, expect, frames, machines, name, network, nodes, packages … and 6 more",
+            "known: clock, expect, frames, machines, name, network, nodes, packages … and 7 more",
         ),
         ("sed=1", 1, "sed cannot be set", "did you mean 'seed'?"),
         (

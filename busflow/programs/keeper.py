@@ -1,0 +1,171 @@
+"""Keeper: a small process between a run and a program that it started; it leaves no process of the program behind.
+
+The run starts it as a script, so it imports the standard library alone. It reads one line of JSON on standard input:
+the command, its folder and its grace. The program gets the keeper's standard output and error; the keeper reports on
+another pipe, in lines of JSON: the program's number, its end, or why it cannot be started.
+
+More input, or its end because the run has died, stops the program: SIGINT to its process group, after the grace
+SIGTERM, after the grace again SIGKILL. What a program leaves behind when it ends by itself is stopped the same way. On
+Linux the keeper becomes the parent of every process whose own parent has ended, and so knows also those that have left
+the group. If the keeper itself is killed, Linux kills the program.
+"""
+
+import contextlib
+import ctypes
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from types import FrameType
+
+_SET_PARENT_DEATH_SIGNAL = 1
+_SET_CHILD_SUBREAPER = 36
+"""Numbers of Linux's `prctl`."""
+_LINE_BYTES = 1 << 20
+_KILLED_S = 1.0
+"""How long killed processes may take to end; one in the midst of a system call of a broken device may never."""
+
+
+class Keeper:
+    """The program of this keeper, from its start until no process of it is left."""
+
+    def __init__(self, report: int) -> None:
+        os.set_inheritable(report, False)
+        self._report = report
+        self._woken, self._wake = os.pipe()
+        for end in (self._woken, self._wake):
+            os.set_blocking(end, False)
+        self._linux: ctypes.CDLL | None = ctypes.CDLL(None) if sys.platform == "linux" else None
+        self._signals = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+        """Signals that the program has not got yet."""
+        self._program: subprocess.Popen[bytes] | None = None
+        self._stopping = False
+        self._given_up = False
+        self._code: int | None = None
+
+    def run(self) -> None:
+        """Start the program, and return when neither it nor what it started is left."""
+        with os.fdopen(0, "rb", buffering=0, closefd=False) as orders:
+            order = json.loads(orders.readline(_LINE_BYTES))
+        self._grace_s = float(order["grace_s"])
+        self._heed_signals()
+        if self._linux is not None:
+            self._linux.prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+        try:
+            program = subprocess.Popen(  # noqa: S603  # the command of a launch file, which no shell reads
+                order["command"],
+                cwd=order["cwd"],
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,  # else a password prompt on the run's terminal would stop it for ever
+                preexec_fn=self._die_with_keeper,  # noqa: PLW1509  # this process has one thread
+            )
+        except (OSError, ValueError) as error:
+            self._say(failed=getattr(error, "strerror", None) or str(error))
+            return
+        self._program = program
+        self._say(pid=program.pid)
+        if self._stopping:  # a signal has come meanwhile
+            self._step(program)
+        self._wait(program)
+        self._say(code=self._code, killed=not self._signals)
+
+    def _heed_signals(self) -> None:
+        """Stop the program at a signal. A program whose keeper handles SIGINT cannot ignore it from its start."""
+
+        def stop(_number: int, _frame: FrameType | None) -> None:
+            self._stop()
+
+        def step(_number: int, _frame: FrameType | None) -> None:
+            if self._program is not None:
+                self._step(self._program)
+
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, stop)
+        signal.signal(signal.SIGALRM, step)
+        signal.signal(signal.SIGCHLD, _heed)
+        signal.set_wakeup_fd(self._wake, warn_on_full_buffer=False)
+
+    def _die_with_keeper(self) -> None:
+        if self._linux is not None:
+            self._linux.prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL, 0, 0, 0)
+
+    def _wait(self, program: subprocess.Popen[bytes]) -> None:
+        """Reap what ends, until nothing is left or what is left cannot be killed."""
+        readers = [0, self._woken]
+        while self._is_anything_left(program) and not self._given_up:
+            if self._code is not None:
+                self._stop()  # what the program has left behind
+            ready, _, _ = select.select(readers, [], [])
+            if self._woken in ready:
+                os.read(self._woken, 4096)
+            if 0 in ready:
+                if not os.read(0, 4096):  # the run is gone
+                    readers.remove(0)
+                self._stop()
+
+    def _is_anything_left(self, program: subprocess.Popen[bytes]) -> bool:
+        """Reap all that have ended; return whether a process of the program is left."""
+        while True:
+            try:
+                pid, status = os.waitpid(-1, os.WNOHANG)
+            except ChildProcessError:
+                return self._linux is None and _is_group(program.pid)
+            if pid == 0:
+                return True
+            if pid == program.pid:
+                self._code = program.returncode = os.waitstatus_to_exitcode(status)
+
+    def _stop(self) -> None:
+        if not self._stopping:
+            self._stopping = True
+            if self._program is not None:
+                self._step(self._program)
+
+    def _step(self, program: subprocess.Popen[bytes]) -> None:
+        """Send the next signal, and have the one after it follow."""
+        if not self._signals:
+            self._given_up = True
+            return
+        number = self._signals.pop(0)
+        with contextlib.suppress(OSError):  # nothing is left in the group, or it runs as another user
+            os.killpg(program.pid, number)
+        for pid in _descendants(os.getpid()) if number is not signal.SIGINT else ():
+            with contextlib.suppress(OSError):  # it has just ended
+                os.kill(pid, number)
+        signal.setitimer(signal.ITIMER_REAL, self._grace_s if self._signals else _KILLED_S)
+
+    def _say(self, **values: object) -> None:
+        with contextlib.suppress(OSError):  # the run is gone
+            os.write(self._report, json.dumps(values).encode() + b"\n")
+
+
+def _heed(_number: int, _frame: FrameType | None) -> None:
+    """A handler, so that the signal wakes the keeper."""
+
+
+def _is_group(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except OSError:
+        return False
+    return True
+
+
+def _descendants(ancestor: int) -> list[int]:
+    """Return all processes below one, also those that have left its group; none where the system has no /proc."""
+    parents: dict[int, int] = {}
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError, ValueError, IndexError):  # it has just ended
+            # The name of the program comes before, in parentheses, and may hold anything.
+            parents[int(status.parent.name)] = int(status.read_text().rpartition(")")[2].split()[1])
+    found = [ancestor]
+    for above in found:
+        found += [pid for pid, parent in parents.items() if parent == above]
+    return found[1:]
+
+
+if __name__ == "__main__":
+    Keeper(int(sys.argv[1])).run()

@@ -1,0 +1,258 @@
+"""Program: one program of a run: starts it, restarts and stops it by its policies, and keeps account of its lives."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import anyio
+
+from busflow.node.supervision import Backoff, Condition, Restart
+from busflow.processes.child import Child
+from busflow.programs import keeper
+from busflow.programs.output import Output
+from busflow.runner.report import ProgramReport
+from busflow.runner.signals import signal_name
+from busflow.runner.supervisor import PATIENCE_S
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+    from busflow.launchfile.model.description import ProgramSpec
+    from busflow.runner.supervisor import Prerequisite
+
+_KEEPER = str(Path(keeper.__file__))
+
+
+class ProgramState(StrEnum):
+    """State of a program in a run."""
+
+    WAITING = "waiting"
+    """It waits for what it depends on."""
+    STARTING = "starting"
+    RUNNING = "running"
+    RESTARTING = "restarting"
+    """It failed or ended, and will be restarted."""
+    STOPPING = "stopping"
+    ENDED = "ended"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramOwner:
+    """Callbacks of the run, notified of what happens to a program."""
+
+    on_failure: Callable[[str], None]
+    """It has failed and is not restarted; the text is not in the log yet."""
+    on_exit: Callable[[], None]
+    """It has ended without a failure, and is not restarted."""
+    seconds: Callable[[], float]
+    """Returns the run's time."""
+
+
+class Program:
+    """A program and its lives: a life is one start of it, until nothing of it is left."""
+
+    def __init__(
+        self, spec: ProgramSpec, environment: Mapping[str, str], owner: ProgramOwner, log: FilteringBoundLogger
+    ) -> None:
+        """Prepare the program; `live` starts it."""
+        self.name: str = spec.name
+        self.spec = spec
+        self.state: ProgramState = ProgramState.WAITING
+        self.pid: int | None = None
+        """Number of its process; None if none runs."""
+        self.met: set[Condition] = set()
+        """Conditions of this program that are met; nodes and other programs may wait for them."""
+        self.needs: list[tuple[Prerequisite, Condition]] = []
+        """What it waits for before its first start."""
+        self.ended: asyncio.Event = asyncio.Event()
+        """Set when it has ended and is not restarted."""
+        self.output: Output = Output(log, spec.ready, lambda: self._call(self._meet, Condition.READY))
+        self._environment, self._owner, self._log = environment, owner, log
+        self._conditions = {condition: asyncio.Event() for condition in Condition}
+        self._backoff = Backoff(spec.supervision.restart)
+        self._stopping = asyncio.Event()
+        self._waiting: anyio.CancelScope | None = None
+        self._child: Child | None = None
+        self._end: Mapping[str, Any] = {}
+        """The end that the keeper reported: `code`, `killed`; or that it `failed` to start the program."""
+        self._running_since_s: float | None = None
+        self._exit_codes: list[int] = []
+        self._fates: list[str] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def condition_event(self, condition: Condition) -> asyncio.Event:
+        """Return the event that is set once a condition is met or can no longer be met; `met` shows which."""
+        return self._conditions[condition]
+
+    def statistics(self) -> ProgramReport:
+        """The program's line of the report."""
+        return ProgramReport(
+            name=self.name,
+            command=self.spec.command,
+            state=self.state.value,
+            pid=self.pid,
+            restarts=self._backoff.restarts,
+            exit_codes=tuple(self._exit_codes),
+            fates=tuple(self._fates),
+            lines=self.output.lines,
+            lines_left_out=self.output.left_out,
+        )
+
+    async def live(self) -> None:
+        """Start the program, and restart it by its policy, until it ends for good or is asked to stop."""
+        self._loop = asyncio.get_running_loop()
+        failure = ""
+        try:
+            failure = await self._wait_for_others()
+            while not failure and not self._stopping.is_set():
+                failure = await self._live_once()
+                pause_s = None if self._stopping.is_set() else self._pause_s(failure)
+                if pause_s is None:
+                    break
+                if failure:
+                    self._log.error(failure)
+                failure = ""
+                self.state = ProgramState.RESTARTING
+                self._log.warning("restarts", after_s=pause_s, restart=self._backoff.restarts)
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(pause_s):
+                        await self._stopping.wait()
+        finally:
+            self._order_stop()  # where this task was cancelled
+            self.state = ProgramState.FAILED if failure else ProgramState.ENDED
+            for event in (*self._conditions.values(), self.ended):
+                event.set()
+        if failure:
+            self._owner.on_failure(failure)
+        elif not self._stopping.is_set():
+            self._owner.on_exit()
+
+    def ask_to_stop(self) -> None:
+        """Ask the program to end, without a restart."""
+        if not self._stopping.is_set():
+            self._stopping.set()
+            if self._waiting is not None:
+                self._waiting.cancel()
+            if self.pid is not None:
+                self._order_stop()
+
+    def _order_stop(self) -> None:
+        if self._child is not None:
+            self.state = ProgramState.STOPPING
+            self._child.send(b"stop\n")
+
+    async def _wait_for_others(self) -> str:
+        """Wait for all that the program depends on; return why it waits in vain, or an empty text."""
+        with anyio.CancelScope() as self._waiting:
+            for other, condition in () if self._stopping.is_set() else self.needs:
+                event = other.condition_event(condition)
+                with anyio.move_on_after(PATIENCE_S):
+                    await event.wait()
+                if not event.is_set():
+                    self._log.warning("waits for another one", name=other.name, condition=condition.value)
+                    await event.wait()
+                if condition not in other.met:
+                    return f"the program {self.name} is not started: {other.name} has ended before it was {condition}"
+        return ""
+
+    async def _live_once(self) -> str:
+        """Start the program and wait for its end; return how it failed, or an empty text."""
+        self.state, self._end, self._running_since_s = ProgramState.STARTING, {}, None
+        command = [sys.executable, "-I", "-S", _KEEPER]
+        try:
+            self._child = Child(command, self._environment, self._order, self)
+        except OSError as error:
+            failure = f"the program {self.name} cannot be started: {error.strerror}"
+        else:
+            await self._child.ended()
+            self._kill_leftover()
+            self.output.finish()
+            failure = self._failure_text()
+        self._child, self.pid = None, None
+        if (code := self._end.get("code")) is not None:
+            self._exit_codes.append(code)
+        if failure:
+            self._fates.append(failure)
+        elif code is not None and not self._stopping.is_set():
+            self._log.info("the program has ended", exit_code=code)
+        return failure
+
+    def _order(self) -> bytes:
+        spec = self.spec
+        order = {"command": spec.command, "cwd": str(spec.cwd), "grace_s": spec.grace_s}
+        return json.dumps(order).encode() + b"\n"
+
+    def _kill_leftover(self) -> None:
+        """Kill the program's process group where its keeper has not reported its end: the keeper was killed."""
+        if self.pid is not None and "code" not in self._end:
+            with suppress(OSError):  # nothing is left
+                os.killpg(self.pid, signal.SIGKILL)
+
+    def _failure_text(self) -> str:
+        """Return a text that says how this life failed; empty if it ended well, or as the run asked."""
+        begun = f"the program {self.name}"
+        if (why := self._end.get("failed")) is not None:
+            return f"{begun} cannot be started: {why}"
+        if self._end.get("killed") and self._stopping.is_set():
+            return f"{begun} did not end within {2 * self.spec.grace_s:g} s, and was killed"
+        code: int | None = self._end.get("code")
+        if code is None:
+            return f"{begun} was killed, since its keeper has ended"
+        if code == 0 or self._stopping.is_set():
+            return ""
+        return f"{begun} ended with exit code {code}" if code > 0 else f"{begun} was ended by {signal_name(-code)}"
+
+    def _pause_s(self, failure: str) -> float | None:
+        """Return the time until the next life; None if there is none."""
+        policy = self.spec.supervision.restart
+        if policy.when is Restart.NEVER or (policy.when is Restart.ON_FAILURE and not failure):
+            return None
+        since_s, now_s = self._running_since_s, self._owner.seconds()
+        pause_s = self._backoff.next_s(lived_s=0.0 if since_s is None else now_s - since_s, now_s=now_s)
+        if pause_s is None:
+            self._log.error(f"given up after {policy.most} restarts within {policy.window_s:g} s")
+        return pause_s
+
+    def _meet(self, condition: Condition) -> None:
+        self.met.add(condition)
+        self._conditions[condition].set()
+
+    # What the keeper and the program say; these methods run in the thread that reads it.
+
+    def on_message(self, message: Mapping[str, Any]) -> None:
+        """Handle a message of the keeper: the program's number, or its end."""
+        if "pid" in message:
+            self._log.info("the program is started", pid=message["pid"])
+            self.output.begin()
+        self._call(self._on_start if "pid" in message else self._on_end, message)
+
+    def on_print(self, line: str, *, error: bool) -> None:  # noqa: ARG002  # many programs write all they log to standard error
+        """Log a line of the program's output."""
+        self.output.write(line)
+
+    def _call(self, act: Callable[[Any], None], value: Any) -> None:
+        loop = self._loop
+        if loop is not None:
+            with suppress(RuntimeError):  # the loop has ended: nothing waits
+                loop.call_soon_threadsafe(act, value)
+
+    def _on_start(self, message: Mapping[str, Any]) -> None:
+        self.pid, self.state = message["pid"], ProgramState.RUNNING
+        self._running_since_s = self._owner.seconds()
+        self._meet(Condition.STARTED)
+        if self._stopping.is_set():
+            self._order_stop()
+
+    def _on_end(self, message: Mapping[str, Any]) -> None:
+        self._end = message

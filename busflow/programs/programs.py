@@ -1,0 +1,143 @@
+"""Programs: the programs that a run starts, as an extension of its graph."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections import defaultdict
+from collections.abc import AsyncGenerator, Mapping, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import ProgramFailed
+from busflow.launchfile.model.description import ClockMode
+from busflow.node.supervision import OnExit
+from busflow.programs.program import Program, ProgramOwner, ProgramState
+from busflow.runner.extension import Extension
+
+if TYPE_CHECKING:
+    from busflow.launchfile.model.description import ProgramSpec
+    from busflow.runner.graph import Graph
+    from busflow.runner.report import Report
+    from busflow.runner.supervisor import Prerequisite
+
+_LEAVE_S = 1.5
+"""Time beyond the graces of a program that killed processes, its keeper and the reading of its output may take."""
+
+
+def attach_programs(graph: Graph, specs: Sequence[ProgramSpec]) -> None:
+    """Let a graph start these programs, unless its time is simulated: programs live in real time alone."""
+    follows = any(each.clock.mode is ClockMode.FOLLOW for each in graph.descriptions)
+    if specs and (graph.clock.kind == "system" or follows):
+        graph.attach(Programs(graph, specs))
+
+
+class Programs(Extension):
+    """The programs that a process of the run starts, from before its nodes start until these have ended."""
+
+    def __init__(self, graph: Graph, specs: Sequence[ProgramSpec]) -> None:
+        self._graph = graph
+        stated = {name: value for each in graph.descriptions for name, value in each.environment.items()}
+        # Python programs hold back what they print into a pipe, unless they are asked not to.
+        around = {"PYTHONUNBUFFERED": "1", **os.environ, **stated}
+        self.programs: list[Program] = [
+            Program(spec, {**around, **spec.env}, self._owner_of(spec), graph.log.bind(spec.name)) for spec in specs
+        ]
+        self._by_name = {program.name: program for program in self.programs}
+        self.end_s: float = max((self._longest_end_s(program) for program in self.programs), default=0.0)
+
+    def _owner_of(self, spec: ProgramSpec) -> ProgramOwner:
+        graph = self._graph
+
+        def fail(failure: str) -> None:
+            graph.log.bind(spec.name, to_all=not graph.prints_failures).error(failure)
+            graph.give_up(ProgramFailed(failure))
+
+        def leave() -> None:
+            if spec.supervision.on_exit is OnExit.SHUTDOWN:
+                graph.ask_to_stop()
+            else:
+                graph.end_if_finished()
+
+        return ProgramOwner(fail, leave, graph.clock.seconds)
+
+    def _longest_end_s(self, program: Program) -> float:
+        """Return how long it may take until a program has ended: those that depend on it end first."""
+        later = [each for each in self.programs if program.name in each.spec.supervision.depends_on]
+        own_s = 2 * program.spec.grace_s + _LEAVE_S
+        return own_s + max(map(self._longest_end_s, later), default=0.0)
+
+    def prerequisites(self) -> Sequence[Prerequisite]:
+        """Return the programs: nodes may depend on them."""
+        return self.programs
+
+    def begin(self) -> None:
+        """Find what each program depends on, among the nodes of this process and the other programs."""
+        known: dict[str, Prerequisite] = {unit.name: unit for unit in self._graph.units}
+        known |= self._by_name
+        for program in self.programs:
+            needs = program.spec.supervision.depends_on.items()
+            program.needs = [(known[name], condition) for name, condition in needs]
+            for other, condition in program.needs:
+                other.condition_event(condition)  # created now: the first message is observed only from here on
+
+    @asynccontextmanager
+    async def surround(self) -> AsyncGenerator[None]:
+        """Start the programs; at the end wait until all have ended, whatever has happened in between."""
+        problem: BaseException | None = None
+        async with asyncio.TaskGroup() as tasks:
+            for program in self.programs:
+                tasks.create_task(program.live(), name=f"busflow.program.{program.name}")
+            stopping = tasks.create_task(self._stop_in_order(), name="busflow.programs")
+            try:
+                yield
+            except BaseException as error:  # noqa: BLE001  # raised again, once the programs have ended
+                problem = error
+                stopping.cancel()
+                for program in self.programs:
+                    program.ask_to_stop()
+        if problem is not None:
+            raise problem
+
+    async def _stop_in_order(self) -> None:
+        """Stop each program, when the run ends and what depends on the program has ended."""
+        await self._graph.ending.wait()
+        dependents: defaultdict[str, list[asyncio.Event]] = defaultdict(list)
+        for unit in self._graph.units:
+            for name in unit.supervision.depends_on:
+                dependents[name].append(unit.ended)
+        for program in self.programs:
+            for name in program.spec.supervision.depends_on:
+                dependents[name].append(program.ended)
+        await asyncio.gather(*(_stop(program, dependents[program.name]) for program in self.programs))
+
+    def is_finished(self) -> bool:
+        """Return whether every program has ended."""
+        return all(program.state in {ProgramState.ENDED, ProgramState.FAILED} for program in self.programs)
+
+    def about(self) -> Mapping[str, Any]:
+        """Return what `busflow ps` and `busflow doctor` show of the programs."""
+        return {"programs": [_fact(program) for program in self.programs]}
+
+    def report(self, report: Report) -> Report:
+        """Return the run's report with the programs."""
+        return replace(report, programs=tuple(program.statistics() for program in self.programs))
+
+
+def _fact(program: Program) -> dict[str, Any]:
+    account = program.statistics()
+    return {
+        "program": account.name,
+        "pid": account.pid,
+        "state": account.state,
+        "restarts": account.restarts,
+        "command": list(account.command),
+        "last_failure": account.fates[-1] if account.fates else "",
+    }
+
+
+async def _stop(program: Program, dependents: Sequence[asyncio.Event]) -> None:
+    for ended in dependents:
+        await ended.wait()
+    program.ask_to_stop()

@@ -1,0 +1,179 @@
+"""The keeper as the process that it is: real programs, their ends and those of what they start."""
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from busflow.programs import keeper
+
+PATIENCE_S = 30.0
+"""How long to wait for what must come, on however slow a machine; no measure of busflow."""
+
+
+class Kept:
+    """A keeper that was started, and what comes of it."""
+
+    def __init__(self, command: Sequence[str], folder: Path, *, grace_s: float, ignoring: bool) -> None:
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN) if ignoring else None
+        reading, writing = os.pipe()
+        self._report = os.fdopen(reading, "rb")
+        self.process = subprocess.Popen(
+            [sys.executable, "-I", "-S", keeper.__file__, str(writing)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            pass_fds=(writing,),
+            process_group=0,
+        )
+        if before is not None:
+            signal.signal(signal.SIGINT, before)
+        os.close(writing)
+        order = {"command": list(command), "cwd": str(folder), "grace_s": grace_s}
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps(order).encode() + b"\n")
+        self.process.stdin.flush()
+
+    def said(self) -> dict[str, Any]:
+        """Its next message."""
+        return json.loads(self._report.readline())
+
+    def printed(self) -> str:
+        """The next line of its program."""
+        assert self.process.stdout is not None
+        return self.process.stdout.readline().decode().strip()
+
+    def stop(self) -> None:
+        """End its input, as the death of the run does."""
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait(PATIENCE_S)
+        for each in (self._report, self.process.stdin, self.process.stdout):
+            with suppress(OSError):
+                each.close()
+
+
+@pytest.fixture
+def keep(tmp_path: Path) -> Iterator[Any]:
+    started: list[Kept] = []
+
+    def keep(*command: str, grace_s: float = PATIENCE_S, ignoring: bool = False) -> Kept:
+        started.append(Kept(command, tmp_path, grace_s=grace_s, ignoring=ignoring))
+        return started[-1]
+
+    yield keep
+    for each in started:
+        each.close()
+
+
+@contextmanager
+def watched(pid: int) -> Iterator[int]:
+    """A descriptor that is readable once the process has ended."""
+    descriptor = os.pidfd_open(pid)
+    try:
+        yield descriptor
+    finally:
+        with suppress(ProcessLookupError):
+            signal.pidfd_send_signal(descriptor, signal.SIGKILL)
+        os.close(descriptor)
+
+
+def ends(descriptor: int) -> bool:
+    return bool(select.select([descriptor], [], [], PATIENCE_S)[0])
+
+
+def test_output_number_and_exit_code_are_reported(keep, tmp_path):
+    kept = keep("sh", "-c", "echo $$; pwd; exit 3")
+    assert kept.said() == {"pid": int(kept.printed())}
+    assert kept.printed() == str(tmp_path)
+    assert kept.said() == {"code": 3, "killed": False}
+    assert kept.process.wait(PATIENCE_S) == 0
+
+
+def test_program_reads_end_of_input(keep):
+    kept = keep("cat")
+    assert "pid" in kept.said()
+    assert kept.said()["code"] == 0
+
+
+def test_impossible_command_is_reported(keep):
+    kept = keep("no-such-command")
+    assert kept.said() == {"failed": "No such file or directory"}
+    assert kept.process.wait(PATIENCE_S) == 0
+
+
+@pytest.mark.parametrize("ignoring", [False, True], ids=["heeded", "ignored by the run"])
+def test_end_of_run_interrupts_program(keep, ignoring):
+    kept = keep("sleep", "600", ignoring=ignoring)
+    kept.said()
+    kept.stop()
+    assert kept.said() == {"code": -signal.SIGINT, "killed": False}
+
+
+def test_signal_to_keeper_stops_program(keep):
+    kept = keep("sleep", "600")
+    kept.said()
+    kept.process.terminate()
+    assert kept.said() == {"code": -signal.SIGINT, "killed": False}
+
+
+def test_program_that_ignores_interrupt_gets_sigterm(keep):
+    kept = keep("sh", "-c", "trap '' INT; echo on; exec sleep 600", grace_s=0.05)
+    kept.said()
+    assert kept.printed() == "on"
+    kept.stop()
+    assert kept.said() == {"code": -signal.SIGTERM, "killed": False}
+
+
+def test_program_that_ignores_all_is_killed(keep):
+    kept = keep("sh", "-c", "trap '' INT TERM; echo on; exec sleep 600", grace_s=0.05)
+    kept.said()
+    assert kept.printed() == "on"
+    kept.stop()
+    assert kept.said() == {"code": -signal.SIGKILL, "killed": True}
+
+
+def test_child_in_program_group_is_interrupted(keep):
+    kept = keep("sh", "-c", "sh -c 'echo $$; exec sleep 600'; true")
+    kept.said()
+    with watched(int(kept.printed())) as child:
+        kept.stop()
+        assert ends(child)
+    assert kept.said()["killed"] is False
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has subreapers")
+def test_child_in_other_session_is_ended(keep):
+    kept = keep("sh", "-c", "setsid sh -c 'echo $$; exec sleep 600' & exec sleep 600", grace_s=0.05)
+    kept.said()
+    with watched(int(kept.printed())) as child:
+        kept.stop()
+        assert ends(child)
+    assert kept.said() == {"code": -signal.SIGINT, "killed": False}
+
+
+def test_what_program_leaves_behind_is_stopped(keep):
+    kept = keep("sh", "-c", "mkfifo on; sh -c 'echo $$; echo > on; exec sleep 600' & read line < on", grace_s=0.05)
+    kept.said()
+    with watched(int(kept.printed())) as child:
+        assert ends(child)
+    assert kept.said() == {"code": 0, "killed": False}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux kills a child with its parent")
+def test_killed_keeper_takes_program_along(keep):
+    kept = keep("sleep", "600")
+    with watched(kept.said()["pid"]) as program:
+        kept.process.kill()
+        assert ends(program)

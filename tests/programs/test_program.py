@@ -1,0 +1,157 @@
+"""One program of a run: its start, restarts, failures and end, for real."""
+
+import os
+import signal
+
+import pytest
+
+from busflow.errors import DependencyEnded, ExitCode, NodeFailed, ProgramFailed
+
+FAST = "restart: {policy: on-failure, backoff: [10ms, 10ms], max: 2}"
+
+
+QUICK = "plugins: [plugins]\nnodes: {quick: {plugin: quick}}\n"
+
+
+def shell(text):
+    """The line of a launch file with a command that a shell reads."""
+    return f"command: [sh, -c, {text!r}]"
+
+
+def test_run_ends_with_its_last_program(launched):
+    run = launched(f"programs: {{driver: {{{shell('echo hello; echo aside >&2')}}}}}")
+    assert run.graph.exit_code is ExitCode.OK
+    assert {"hello", "aside"} <= set(run.log.texts("/driver"))
+    account = run.account("/driver")
+    assert (account.state, account.exit_codes, account.fates, account.lines) == ("ended", (0,), (), 2)
+
+
+def test_failure_ends_run_and_is_named(launched):
+    with pytest.raises(ProgramFailed, match="the program /driver ended with exit code 3"):
+        launched(f"programs: {{driver: {{{shell('exit 3')}}}, other: {{command: [sleep, 600]}}}}")
+
+
+def test_signal_that_ends_program_is_named(launched):
+    with pytest.raises(ProgramFailed, match="the program /driver was ended by SIGSEGV"):
+        launched(f"programs: {{driver: {{{shell('kill -SEGV $$')}}}}}")
+
+
+def test_program_that_cannot_be_executed_fails(launched, project):
+    (project / "driver").write_text("not a program\n")
+    (project / "driver").chmod(0o755)
+    with pytest.raises(ProgramFailed, match="the program /driver cannot be started: Exec format error"):
+        launched("programs: {driver: {command: [./driver]}}")
+
+
+def test_failed_program_is_restarted(launched):
+    run = launched(
+        f"programs: {{driver: {{{FAST}, {shell('rm ../x.test || { touch ../x.test; exit 3; }')}, cwd: plugins}}}}"
+    )
+    account = run.account("/driver")
+    assert (account.state, account.exit_codes, account.restarts) == ("ended", (3, 0), 1)
+    assert account.fates == ("the program /driver ended with exit code 3",)
+    assert ("warning", "restarts") in [(line.level, line.event) for line in run.log.lines]
+
+
+def test_restarts_have_a_limit(launched):
+    with pytest.raises(ProgramFailed, match="exit code 4"):
+        launched(f"programs: {{driver: {{{FAST}, {shell('echo again; exit 4')}}}}}")
+
+
+def test_ended_program_is_restarted_with_always(launched):
+    async def act(run):
+        await run.log.wait_for("third")
+
+    text = "n=$(cat n 2>/dev/null || echo first); echo $n; case $n in first) echo second > n;; *) echo third > n;; esac"
+    run = launched(f"programs: {{driver: {{{FAST.replace('on-failure', 'always')}, {shell(text)}}}}}", act)
+    assert run.account("/driver").exit_codes[:2] == (0, 0)
+
+
+def test_on_exit_shutdown_ends_the_others(launched):
+    text = f"programs: {{gui: {{on_exit: shutdown, {shell('echo shut')}}}}}"
+    assert launched(QUICK + text).graph.exit_code is ExitCode.OK
+
+
+def test_environment_folder_and_words_are_given(launched, project):
+    run = launched("""
+env: {ROBOT: h1, LEVEL: 1}
+programs:
+  driver:
+    cwd: plugins
+    env: {LEVEL: 2.5}
+    command: [sh, -c, "echo $ROBOT $LEVEL $PWD $1 $PYTHONUNBUFFERED", x, "$HOME"]
+""")
+    assert f"h1 2.5 {project}/plugins $HOME 1" in run.log.texts("/driver")
+
+
+def test_node_waits_until_program_is_ready(launched):
+    async def act(run):
+        await run.log.wait_for("node starts")
+
+    text = f"""
+plugins: [plugins]
+nodes: {{quick: {{plugin: quick, depends_on: {{driver: ready}}}}}}
+programs: {{driver: {{ready: go on, {shell("echo wait; echo go on now; exec sleep 600")}}}}}
+"""
+    lines = launched(text, act).log.texts("/driver", "/quick")
+    assert lines.index("go on now") < lines.index("node starts") < lines.index("node stops")
+
+
+def test_program_stops_after_node_that_needs_it(launched):
+    async def act(run):
+        await run.log.wait_for("node starts")
+
+    loop = shell("trap 'echo stopped; exit' INT; echo ready; while true; do sleep 0.01; done")
+    text = f"""
+plugins: [plugins]
+nodes: {{quick: {{plugin: quick, depends_on: {{driver: ready}}}}}}
+programs: {{driver: {{ready: ready, {loop}}}}}
+"""
+    lines = launched(text, act).log.texts("/driver", "/quick")
+    assert lines.index("node stops") < lines.index("stopped")
+
+
+def test_programs_wait_for_nodes_and_each_other(launched):
+    async def act(run):
+        await run.log.wait_for("last")
+
+    text = f"""
+plugins: [plugins]
+nodes: {{quick: {{plugin: quick}}}}
+programs:
+  last: {{depends_on: {{driver: ready}}, {shell("echo last; exec sleep 600")}}}
+  driver: {{depends_on: {{quick: ready}}, ready: first, {shell("echo first; exec sleep 600")}}}
+"""
+    lines = launched(text, act).log.texts("/driver", "/quick", "/last")
+    assert [each for each in lines if not each.startswith("the program")][:3] == ["node starts", "first", "last"]
+
+
+def test_node_of_program_that_ended_early_fails(launched):
+    text = f"""
+plugins: [plugins]
+nodes: {{quick: {{plugin: quick, depends_on: {{driver: ready}}}}}}
+programs: {{driver: {{ready: never said, {shell("exit 0")}}}}}
+"""
+    with pytest.raises(NodeFailed, match="/driver has ended before it was ready") as caught:
+        launched(text)
+    assert isinstance(caught.value.__cause__, DependencyEnded)
+
+
+def test_stubborn_program_is_killed_and_named(launched):
+    async def act(run):
+        await run.log.wait_for("on")
+
+    loop = shell("trap true INT TERM; echo on; while true; do sleep 0.01; done")
+    with pytest.raises(ProgramFailed, match=r"/driver did not end within 0\.1 s, and was killed"):
+        launched(f"programs: {{driver: {{grace: 50ms, {loop}}}}}", act)
+
+
+def test_killed_keeper_is_failure_of_program(launched):
+    async def act(run):
+        await run.log.wait_for("on")
+        (extension,) = [each for each in run.graph.extensions if hasattr(each, "programs")]
+        os.kill(extension.programs[0]._child.pid, signal.SIGKILL)
+        await run.graph.wait()
+
+    with pytest.raises(ProgramFailed, match="/driver was killed, since its keeper has ended"):
+        launched(f"programs: {{driver: {{{shell('echo on; exec sleep 600')}}}}}", act)
