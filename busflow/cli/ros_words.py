@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 _ENDS = "kill PID ends a run as Ctrl-C does, and busflow ps shows its PID; busflow node stop NODE stops one node"
+_ROS_ONLY = "it works on ROS 2's own installation; programs: of a launch file start what it has"
 _VERBS = {
+    "control": _ROS_ONLY,
+    "security": "write busflow certs, which makes the certificates that link machines",
+    "wtf": "write busflow doctor",
     "kill": _ENDS,
     "shutdown": _ENDS,
     "stop": _ENDS,
@@ -14,11 +18,22 @@ _VERBS = {
     "multicast": "busflow doctor checks the running graphs and what they need on this machine",
     "pkg": "busflow plugins lists the plugins, busflow interface packages the packages of types; busflow new makes one",
 }
+_VERBS_BELOW = {
+    ("bag", "burst"): "write busflow bag play -p, and step with the key s",
+    ("bag", "list"): "there is one format, MCAP; write busflow bag info FILE for what is in a recording",
+    ("bag", "reindex"): "write busflow bag recover",
+    ("param", "delete"): "a parameter is part of its node's class; write busflow param set to give it another value",
+}
 _PARAMETER = (
     "write --set nodes.NODE.parameters.NAME=VALUE, or NAME:=VALUE for an argument of the launch file or with --plugin"
 )
+_NO_DAEMON = "leave it out: no daemon stands between, each run answers for itself"
 _READS_ALL = "it receives what is published, whatever its QoS; leave it out"
 _OPTIONS = {
+    ("", "--no-daemon"): _NO_DAEMON,
+    ("", "--spin-time"): _NO_DAEMON,
+    ("doctor", "--report"): "leave it out: all is shown; --json is for programs",
+    ("doctor", "-r"): "leave it out: all is shown; --json is for programs",
     ("run", "--ros-args"): f"leave it out; {_PARAMETER}",
     ("run", "-p"): _PARAMETER,
     ("run", "--param"): _PARAMETER,
@@ -37,16 +52,18 @@ _OPTIONS = {
     ("record", "--qos-"): "it records what is published, whatever its QoS; leave it out",
     ("play", "--qos-"): "it publishes with the QoS that was recorded; leave it out",
 }
-"""What to write instead of an option, by command and option; one that ends with `-` stands for all that begin so."""
+"""What to write instead of an option, by command and option; one that ends with `-` stands for all that begin so, and
+an empty command for any.
+"""
 
 
-def instead_of_verb(name: str) -> str | None:
-    """What to write instead of a command that busflow does not have.
+def instead_of_verb(name: str, group: str = "") -> str | None:
+    """What to write instead of a command that busflow does not have, of its own or below another one.
 
-    >>> instead_of_verb("launch")
-    'write busflow run FILE'
+    >>> instead_of_verb("launch"), instead_of_verb("reindex", "bag")
+    ('write busflow run FILE', 'write busflow bag recover')
     """
-    return _VERBS.get(name)
+    return _VERBS_BELOW.get((group, name)) if group else _VERBS.get(name)
 
 
 def instead_of_option(command: str | None, option: str) -> str | None:
@@ -58,4 +75,5 @@ def instead_of_option(command: str | None, option: str) -> str | None:
     'it receives what is published, whatever its QoS; leave it out'
     """
     family = option[: option.find("-", 2) + 1]
-    return _OPTIONS.get((command or "", option)) or _OPTIONS.get((command or "", family))
+    found = (_OPTIONS.get(key) for key in ((command or "", option), (command or "", family), ("", option)))
+    return next(filter(None, found), None)

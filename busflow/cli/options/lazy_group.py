@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.ros_words import instead_of_verb
 from busflow.runner.garbage import is_frozen
 from busflow.text import did_you_mean
 
@@ -88,5 +89,5 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def advice(self, name: str, known: Sequence[str]) -> str:
-        """Return what to write instead of an unknown command: by default the nearest of the known ones."""
-        return did_you_mean(name, known)
+        """Return what to write instead of an unknown command: by default the nearest, unless it is a word of ROS 2."""
+        return instead_of_verb(name, self.name or "") or did_you_mean(name, known)
