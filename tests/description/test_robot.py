@@ -6,9 +6,11 @@ import math
 from pathlib import Path
 from random import Random
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+import yaml
 
 from busflow.description.robot import MOVES, JointKind, Robot
 from busflow.description.urdf import read_robot
@@ -18,7 +20,7 @@ from busflow.frames.tree import FrameTree, Gap
 
 mujoco = pytest.importorskip("mujoco")
 
-HUMANOID = Path(__file__).parents[2] / "configs/humanoid/humanoid.urdf"
+FOLDER = Path(__file__).parents[2] / "configs/humanoid"
 AS_IT_IS = (
     '<mujoco><compiler fusestatic="false" discardvisual="false" boundmass="1" boundinertia="1"/></mujoco>'  # all links
 )
@@ -103,6 +105,37 @@ def test_links_of_any_robot_are_where_mujoco_says(seed: int, tmp_path: Path):
 
 def test_links_of_the_humanoid_are_where_mujoco_says():
     random = Random(0)
-    robot = read_robot(HUMANOID, {})
+    robot = read_robot(FOLDER / "humanoid.urdf", {})
     for _ in range(5):
         assert_same(robot.text, robot, random)
+
+
+def test_description_of_the_lab_is_its_body():
+    """A viewer shows what MuJoCo steps: the links of `lab.urdf` are where the bodies of `lab.xml` are."""
+    robot = read_robot(FOLDER / "lab.urdf", {})
+    model = mujoco.MjModel.from_xml_path(str(FOLDER / "lab.xml"))
+    data, random = mujoco.MjData(model), Random(0)
+    positions = {model.joint(number).name: random.uniform(-1, 1) for number in range(1, model.njnt)}
+    for name, position in positions.items():
+        data.joint(name).qpos = position
+    data.qpos[:7] = [0, 0, 0, 1, 0, 0, 0]  # the pelvis stands at the origin
+    mujoco.mj_kinematics(model, data)
+    found = placed(robot, positions)
+    sites = {"imu_link": "imu", "left_foot_link": "left_sole", "right_foot_link": "right_sole"}
+    assert found.keys() == {model.body(number).name for number in range(2, model.nbody)} | sites.keys()
+    for link, motion in found.items():
+        there = data.site(sites[link]) if link in sites else data.body(link)
+        np.testing.assert_allclose(motion[:3], there.xpos, rtol=0, atol=1e-9, err_msg=link)
+        np.testing.assert_allclose(rotation_matrix(motion[3:]), there.xmat.reshape(3, 3), atol=1e-9, err_msg=link)
+
+
+def test_limits_of_the_humanoid_are_its_simulators():
+    root = ET.parse(FOLDER / "humanoid.urdf").getroot()  # noqa: S314  # our own file
+    joints = [each for each in root.iter("joint") if each.attrib["type"] != "fixed"]
+    limits = {
+        each.attrib["name"]: [float(each.find("limit").get(side)) for side in ("lower", "upper")] for each in joints
+    }
+    limb, trunk = (yaml.safe_load((FOLDER / f"{part}.yaml").read_text())["joints"] for part in ("limb", "trunk"))
+    stated = [(f"{side}_{each['name']}", each) for side in ("left", "right") for each in limb]
+    stated += [(each["name"], each) for each in trunk]
+    assert limits == {name: [each["lower"], each["upper"]] for name, each in stated}
