@@ -2,6 +2,7 @@
 
 import re
 import struct
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,9 @@ from busflow_ui.foxglove.assets import EXTENSIONS, read_asset
 from tests.cli.conftest import standing
 from ui.tests.foxglove.test_command import PATIENCE_S, Client, Served, serving
 
-HUMANOID = Path(__file__).parents[3] / "configs/humanoid_3d.yaml"
-LAUNCH = f"include: [{{file: {HUMANOID}, args: {{rate_hz: 20}}}}]\npackages: {{lab: meshes}}\n"
+CONFIGS = Path(__file__).parents[3] / "configs"
+HUMANOID = f"include: [{{file: {CONFIGS}/humanoid_3d.yaml, args: {{rate_hz: 20}}}}]\npackages: {{lab: meshes}}\n"
+BODY = f"include: {CONFIGS}/lab_balance_3d.yaml\n"
 
 
 @pytest.fixture
@@ -70,15 +72,25 @@ def test_file_of_the_largest_size_is_sent(packages: dict[str, Path]):
 # A viewer of the humanoid.
 
 
-@pytest.fixture(scope="module")
-def served_humanoid(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    """The humanoid, with a package beside it, served."""
-    folder = tmp_path_factory.mktemp("humanoid")
+def served(folder: Path, launch: str) -> Iterator[Served]:
+    """A launch file with a package beside it, served."""
     furnished(folder)
-    with standing(folder, "lab", LAUNCH, {}) as (place, run):
+    with standing(folder, "lab", launch, {}) as (place, run):
         run.wait_for("All sensors operational")
         with serving(place) as found:
             yield found
+
+
+@pytest.fixture(scope="module")
+def served_humanoid(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """The humanoid that is a formula."""
+    yield from served(tmp_path_factory.mktemp("humanoid"), HUMANOID)
+
+
+@pytest.fixture(scope="module")
+def served_body(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """The humanoid that obeys physics."""
+    yield from served(tmp_path_factory.mktemp("body"), BODY)
 
 
 @pytest.fixture
@@ -102,19 +114,26 @@ class Reader:
         return self._store.deserialize_cdr(self._client.message(self._id)["payload"], self._type)
 
 
-def test_late_viewer_sees_the_whole_humanoid_move(viewer: Client):
-    description = Reader(viewer, "/robot_description", 1).read().data
-    links = set(re.findall(r'<link name="(\w+)"', description))
-    assert len(links) == 37
-    fixed, moving = Reader(viewer, "/tf_static", 2).read(), Reader(viewer, "/tf", 3)
-    first, *later = (moving.read() for _ in range(20))
-    parents = {each.child_frame_id: each.header.frame_id for each in (*fixed.transforms, *first.transforms)}
-    assert parents.keys() == links - {"pelvis"}
-    assert all(root(link, parents) == "pelvis" for link in links)
-    began = {each.child_frame_id: turn(each) for each in first.transforms}
-    assert len(began) == 31
-    then = [(each.child_frame_id, turn(each)) for found in later for each in found.transforms]
-    assert {link for link, turned in then if turned != began[link]} == began.keys()
+@pytest.mark.parametrize(
+    ("run", "base", "links", "moving"), [("served_humanoid", "pelvis", 37, 31), ("served_body", "world", 14, 11)]
+)
+def test_late_viewer_sees_the_whole_robot_move(
+    run: str, base: str, links: int, moving: int, request: pytest.FixtureRequest
+):
+    served: Served = request.getfixturevalue(run)
+    with served.clients:
+        viewer = served.client()
+        description = Reader(viewer, "/robot_description", 1).read().data
+        fixed = Reader(viewer, "/tf_static", 2).read().transforms
+        moves = Reader(viewer, "/tf", 3)
+        seen = [each for _ in range(40) for each in moves.read().transforms]
+    named = set(re.findall(r'<link name="(\w+)"', description))
+    assert len(named) == links
+    parents = {each.child_frame_id: each.header.frame_id for each in (*fixed, *seen)}
+    assert {root(link, parents) for link in named} == {base}
+    turns = {(each.child_frame_id, turn(each)) for each in seen}
+    assert len({link for link, _ in turns}) == moving
+    assert min(Counter(link for link, _ in turns).values()) > 1  # each of them in several places
 
 
 def root(link: str, parents: dict[str, str]) -> str:
