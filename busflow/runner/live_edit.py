@@ -134,14 +134,8 @@ def _contents(files: Iterable[Path]) -> _Look:
     return found
 
 
-_LATER = {
-    "name": "name",
-    "seed": "seed",
-    "clock": "clock",
-    "environment": "env",
-    "shutdown_grace_s": "shutdown",
-    "programs": "programs",
-}
+_SAME = {key: key for key in ("name", "seed", "packages", "clock", "programs")}
+_LATER = _SAME | {"environment": "env", "shutdown_grace_s": "shutdown"}
 """Settings that a run keeps as it began, with the keys of the launch file that state them."""
 
 

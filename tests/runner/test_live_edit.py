@@ -220,10 +220,10 @@ async def test_change_that_cannot_be_set_restarts_node(watched, edited):
 async def test_change_for_the_next_run_is_logged(watched):
     file = watched()
     async with file.lab as lab:
-        await file.edit(LAB + "seed: 5\nenv: {A: b}\n")
+        await file.edit(LAB + "seed: 5\nenv: {A: b}\npackages: {lab: .}\n")
         assert [(line.event, line.values) for line in lab.log[-2:]] == [
             ("follows the edited launch file", {"changed": "nothing that runs"}),
-            ("this change needs a restart of the run", {"keys": "seed, env"}),
+            ("this change needs a restart of the run", {"keys": "seed, packages, env"}),
         ]
 
 
