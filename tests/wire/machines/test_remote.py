@@ -98,3 +98,9 @@ def test_an_answer_describes_the_run(joined: Callable[..., RemoteRun]):
     card = {"name": "robot", "pid": 7, "since_ns": 8, "file": "robot.yaml", "version": "0.1"}
     assert run.answered([]).card.name == ""
     assert run.answered([{**card, "process": "main"}]).card.name == "robot"
+
+
+def test_folders_of_another_machine_are_not_believed(joined: Callable[..., RemoteRun]):
+    """They would be folders of this one, out of which `busflow foxglove` sends files."""
+    card = {"name": "robot", "pid": 7, "since_ns": 8, "file": "robot.yaml", "version": "0.1"}
+    assert joined("viewer").answered([card | {"packages": {"lab": "/etc"}}]).card.packages == {}

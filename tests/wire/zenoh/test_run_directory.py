@@ -329,6 +329,7 @@ def test_folder_of_another_user_hides_no_run(home, tmp_path, monkeypatch):
         '{"name": "x", "pid": -1, "since_ns": 1}',
         '{"name": "x", "pid": 1, "since_ns": ' + "9" * 30 + "}",
         '{"name": ["x"], "pid": 1, "since_ns": 1}',
+        '{"name": "x", "pid": 1, "since_ns": 1, "packages": ["/etc"]}',
         '{"name": "' + "x" * 100_000 + '", "pid": 1, "since_ns": 1}',
         "\ud800".encode("utf-16", "surrogatepass"),
     ],
@@ -340,6 +341,13 @@ def test_a_run_with_an_invalid_card_is_omitted(home, text):
     assert bad.path.exists(), "it lives all the same"
     good.close()
     bad.close()
+
+
+def test_card_names_the_folders_of_packages(home):
+    directory = RunDirectory.claim("lab1", home)
+    directory.write_card(card(packages={"lab": "/home/you/lab"}))
+    assert runs(home)[0].card.packages == {"lab": "/home/you/lab"}
+    directory.close()
 
 
 def test_unknown_keys_of_a_card_are_ignored(home):
