@@ -71,6 +71,8 @@ class Token:
     """The QoS in the short form of `rmw_zenoh` (`qos_text`)."""
     enclave: str = "/"
     domain: int = DOMAIN
+    newer: tuple[str, ...] = ()
+    """What a later version of ROS 2 says after the QoS; it belongs to what the gid identifies."""
 
     @property
     def node_name(self) -> str:
@@ -86,15 +88,15 @@ class Token:
         fields = [str(self.domain), self.session, str(self.node_id), str(self.entity_id), self.kind.value]
         fields += [_mangled(self.enclave), _mangled(self.namespace), _mangled(self.node)]
         if self.kind is not TokenKind.NODE:
-            fields += [_mangled(self.topic), dds_type(self.type), self.hash or _NO_HASH, self.qos]
+            fields += [_mangled(self.topic), dds_type(self.type), self.hash or _NO_HASH, self.qos, *self.newer]
         return "/".join([GRAPH, *fields])
 
     @property
     def gid(self) -> bytes:
-        """The endpoint's gid: sixteen bytes that identify it in each of its messages."""
-        import hashlib  # a client that only looks identifies nothing
+        """The endpoint's gid: sixteen bytes that identify it in each of its messages, as ROS 2 makes them."""
+        from xxhash import xxh3_128_digest  # most commands of a terminal need no gid
 
-        return hashlib.blake2b(str(self).encode(), digest_size=_GID_BYTES).digest()
+        return xxh3_128_digest(str(self).encode())[::-1]
 
     @classmethod
     def parse(cls, text: str) -> Token:
@@ -127,8 +129,9 @@ class Token:
         )
         if found.kind is TokenKind.NODE:
             return found
-        topic, type_name, type_hash, qos, *_newer = rest
-        return replace(found, topic=_plain(topic), type=ros_type(type_name), hash=type_hash, qos=qos)
+        topic, type_name, type_hash, qos, *newer = rest
+        words = {"topic": _plain(topic), "type": ros_type(type_name), "hash": type_hash, "qos": qos}
+        return replace(found, **words, newer=tuple(newer))
 
 
 class Attachment(NamedTuple):

@@ -1,5 +1,7 @@
 """Keys, tokens and attachments as rmw_zenoh writes them."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -65,9 +67,30 @@ def test_a_token_survives_the_round_trip(token):
     assert Token.parse(str(token)) == token
 
 
-def test_a_newer_ross_extra_token_field_is_ignored():
+def test_a_newer_ross_extra_token_field_is_kept():
     token = Token("a", 0, 1, TokenKind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, ":1:,7:,:,:,,")
-    assert Token.parse(f"{token}/backends:cpu") == token
+    newer = Token.parse(f"{token}/backends:cpu")
+    assert newer == replace(token, newer=("backends:cpu",))
+    assert str(newer) == f"{token}/backends:cpu", "its gid is made of all of it"
+    assert newer.gid != token.gid
+
+
+@pytest.mark.parametrize(
+    ("text", "gid"),
+    [
+        ("@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/0/NN/%/%/talker", "34e0f0eaf0a5e0c897d90e747bb8850d"),
+        (
+            (
+                "@ros2_lv/0/8b20917502ee955ac4476e0266340d5c/0/10/MP/%/%/talker/%chatter/std_msgs::msg::dds_::String_/"
+                "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18/::,7:,:,:,,"
+            ),
+            "eb85fa883b7846dc448a4501890ad062",
+        ),
+    ],
+)
+def test_gids_are_those_of_rmw_zenoh(text, gid):
+    """The gids are what `simplified_XXH3_128bits` of rmw_zenoh_cpp 0.10.5 returns, compiled by itself."""
+    assert Token.parse(text).gid.hex() == gid
 
 
 @pytest.mark.parametrize(
