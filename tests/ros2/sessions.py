@@ -4,7 +4,7 @@ import asyncio
 import json
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -18,6 +18,8 @@ from busflow.wire.zenoh.keys import Token, TokenKind
 
 PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
+AGAIN_S = 0.2
+"""The time after which a message is sent again."""
 
 RMW_ZENOH = {
     "mode": "peer",
@@ -78,6 +80,24 @@ async def arrived(items: "asyncio.Queue[Any]") -> Any:
     """The next item, if it comes at all."""
     async with asyncio.timeout(PATIENCE_S):
         return await items.get()
+
+
+async def until_arrived(send: Callable[[], object], queue: "asyncio.Queue[Any]") -> Any:
+    """Send again and again until something has arrived: a node of ROS 2 does not say whether it is linked."""
+    async with asyncio.timeout(PATIENCE_S):
+        while True:
+            send()
+            try:
+                return await asyncio.wait_for(queue.get(), AGAIN_S)
+            except TimeoutError:
+                continue
+
+
+async def until(condition: Callable[[], object]) -> None:
+    """Wait until something holds that comes of other sessions, whose threads set no event."""
+    async with asyncio.timeout(PATIENCE_S):
+        while not condition():  # noqa: ASYNC110  # as above
+            await asyncio.sleep(0.01)
 
 
 async def has_come(session: Any, node: str) -> bool:

@@ -15,13 +15,11 @@ from busflow.msgs.example_interfaces import AddTwoInts
 from busflow.msgs.std_msgs import String
 from busflow.wire.client.client import join
 from busflow.wire.client.graph_view import GraphView
-from tests.ros2.sessions import PATIENCE_S, arrived, free_port, ros2_at
+from tests.ros2.sessions import PATIENCE_S, arrived, free_port, ros2_at, until_arrived
 
 SIX_MB = 6 * 1024 * 1024
 PICTURE = np.zeros(SIX_MB, np.uint8)
 PICTURE[-1] = 7
-AGAIN_S = 0.3
-"""The time after which a message is sent again: a node of ROS 2 does not say whether it is linked."""
 
 
 class Blob(Message, package="lab"):
@@ -69,17 +67,6 @@ def look(run: str) -> GraphView:
     """What another terminal sees of a run."""
     with join(run) as peer:
         return peer.graph()
-
-
-async def until_arrived(send: Any, queue: asyncio.Queue[Any]) -> Any:
-    """Send again and again until something has arrived."""
-    async with asyncio.timeout(PATIENCE_S):
-        while True:
-            send()
-            try:
-                return await asyncio.wait_for(queue.get(), AGAIN_S)
-            except TimeoutError:
-                continue
 
 
 async def until_answered(robot: Robot, node: SdkNode) -> None:

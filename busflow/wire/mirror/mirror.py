@@ -34,6 +34,7 @@ from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import RemotePublishers
 from busflow.wire.mirror.service_events import ServiceEvents
 from busflow.wire.mirror.services import ServiceMirror
+from busflow.wire.mirror.token_intake import TokenIntake
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
 from busflow.wire.queries.server import Answers, Question
@@ -82,6 +83,7 @@ class Mirror:
         self._connection = Connection(
             graph.bus, session, self._supports, sender, replier, self._log, self._on_loop, card.domain
         )
+        self._intake = TokenIntake(graph.bus.dispatcher, self._on_loop, self._on_token, self._log)
         self._remote_publishers = RemotePublishers(self._connection)
         self._presence = Presence()
         self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens, about)
@@ -111,11 +113,11 @@ class Mirror:
             {name: self._after_matching(question) for name, question in self._questions.all().items()},
             sender=self._connection.replier,
             log=self._log,
-            on_loop=self._on_loop,
+            on_loop=self._intake.hand,
         )
 
         def on_sample(sample: zenoh.Sample) -> None:
-            self._on_loop(self._on_token, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+            self._intake.take(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
         self._graph.rosout.announce(self._rosout_durability())
 
@@ -346,10 +348,6 @@ def _place(end: MirroredEndpoint) -> object:
     return end.endpoint.node, end.topic, end.endpoint.origin
 
 
-_MOST_TOKENS = 10_000
-"""Limit of the stored tokens; a run that shows more has a faulty or malicious process."""
-
-
 class Presence:
     """Liveliness tokens of the run's other sessions that this process has handled, with listeners for changes."""
 
@@ -367,7 +365,7 @@ class Presence:
         if not alive:
             self.tokens.pop(text, None)
             self._depths.get(token.topic, {}).pop(text, None)
-        elif len(self.tokens) < _MOST_TOKENS:
+        else:
             self.tokens[text] = token
             if token.kind is TokenKind.SUBSCRIPTION:
                 self._depths.setdefault(token.topic, {})[text] = _depth(token)

@@ -7,6 +7,7 @@ fail a node here.
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.bus import check_qos
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
     from busflow.bus.topic import Topic
     from busflow.wire.mirror.connection import Connection
 
-_MOST = 10_000
-"""Limit of the stored remote endpoints; a process that shows more is faulty or malicious."""
+_MOST_LINES = 20
+"""Limit of the lines in the log about refused publishers, by topic."""
 
 
 class RemotePublishers:
@@ -33,12 +34,14 @@ class RemotePublishers:
         self._inlets: dict[str, Inlet] = {}
         self._known: dict[str, Token] = {}
         self._refused: set[str] = set()
+        self._lines: Counter[str] = Counter()
+        """By topic, the publishers that were refused so far."""
         self._arrivals: dict[str, Arrivals] = {}
         """By topic that is received, the numbers of the messages that have arrived."""
 
     def come(self, token: Token) -> None:
         """Handle a new endpoint of another process."""
-        if token.kind is TokenKind.PUBLISHER and len(self._known) < _MOST:
+        if token.kind is TokenKind.PUBLISHER:
             self._known[str(token)] = token
             self._consider(token)
 
@@ -118,7 +121,11 @@ class RemotePublishers:
             self._close_if_unused(token.topic)
         if str(token) not in self._refused:
             self._refused.add(str(token))
-            self._log.warning(f"{token.node_name} in another process is not received on {token.topic}: {why}")
+            self._lines[token.topic] += 1
+            if self._lines[token.topic] <= _MOST_LINES:
+                self._log.warning(f"{token.node_name} in another process is not received on {token.topic}: {why}")
+            if self._lines[token.topic] == _MOST_LINES:
+                self._log.warning(f"further publishers that are not received on {token.topic} are not named here")
 
     def _inlet(self, topic: Topic[Any]) -> Inlet:
         found = self._inlets.get(topic.name)

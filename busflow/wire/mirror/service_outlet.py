@@ -10,6 +10,7 @@ Zenoh's error reply, a JSON object with `kind` and `error`.
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 _AT_ONCE = 1000
-"""Limit of the requests in progress; the server's own queue is shorter and refuses first."""
+"""Limit of the requests in progress, and of those that wait for the loop; the server's own queue refuses first."""
 
 
 class ServiceOutlet:
@@ -44,9 +45,13 @@ class ServiceOutlet:
         self._name, self._answer, self._sender = name, answer, connection.replier
         self._request, self._response = map(connection.supports, (service_type.Request, service_type.Response))
         self._tasks: set[asyncio.Task[None]] = set()
+        self._room = threading.Semaphore(_AT_ONCE)
 
         def on_query(query: zenoh.Query) -> None:
-            connection.on_loop(self._begin, query)
+            if self._room.acquire(blocking=False):
+                connection.on_loop(self._begin, query)
+            else:
+                query.drop()  # so its client gets no answer, as from a server that has gone
 
         self._queryable = connection.session.declare_queryable(
             key, zenoh.handlers.Callback(on_query, indirect=False), complete=True
@@ -59,6 +64,7 @@ class ServiceOutlet:
             task.cancel()
 
     def _begin(self, query: zenoh.Query) -> None:
+        self._room.release()
         if len(self._tasks) >= _AT_ONCE:
             self._refuse(query, ServiceUnavailable(f"{_AT_ONCE} requests of {self._name} wait for answers already"))
             return

@@ -1,0 +1,119 @@
+"""`RmwNode`: a node of ROS 2 on a raw Zenoh session, that does byte by byte what the sources of `rmw_zenoh` 0.10.5 do.
+
+Nothing here is of busflow: names, tokens, gids and attachments are written out, so that a test compares two sources.
+"""
+
+import struct
+import threading
+import time
+from collections.abc import Callable
+from itertools import count
+from typing import Any
+
+import xxhash
+import zenoh
+import zenoh.ext
+
+RELIABLE, LATCHED = "::,10:,:,:,,", ":1:,5:,:,:,,"
+
+
+class RmwNode:
+    """One node; its endpoints are made by its methods and end with the session."""
+
+    def __init__(self, session: Any, name: str, *, domain: int = 7) -> None:
+        self.session, self.name, self.domain = session, name, domain
+        self.zid = str(session.info.zid())
+        self.ids = count(1)
+        self.graph: dict[str, bool] = {}
+        self.changed = threading.Condition()
+        self.kept = [self.token(f"0/0/NN/%/%/{name}")]
+        graph = session.liveliness().declare_subscriber(f"@ros2_lv/{domain}/**", self.on_token, history=True)
+        self.kept.append(graph)
+
+    def token(self, rest: str) -> Any:
+        return self.session.liveliness().declare_token(f"@ros2_lv/{self.domain}/{self.zid}/{rest}")
+
+    def on_token(self, sample: Any) -> None:
+        with self.changed:
+            self.graph[str(sample.key_expr)] = sample.kind == zenoh.SampleKind.PUT
+            self.changed.notify_all()
+
+    def sees(self, *parts: str, there: bool = True, patience_s: float = 60.0) -> str:
+        """Wait until a token with all these parts is there, or gone; return it."""
+
+        def found() -> list[str]:
+            return [key for key, alive in self.graph.items() if alive is there and all(part in key for part in parts)]
+
+        with self.changed:
+            assert self.changed.wait_for(found, patience_s), (parts, [k for k, alive in self.graph.items() if alive])
+            return found()[0]
+
+    def end(self, kind: str, name: str, type_: str, type_hash: str, qos: str) -> tuple[str, bytes]:
+        """Show an endpoint; return the key of its topic or service, and its gid."""
+        package, group, short = type_.split("/")
+        dds = f"{package}::{group}::dds_::{short}_"
+        rest = f"0/{next(self.ids)}/{kind}/%/%/{self.name}/{name.replace('/', '%')}/{dds}/{type_hash}/{qos}"
+        self.kept.append(self.token(rest))
+        gid = xxhash.xxh3_128_digest(f"@ros2_lv/{self.domain}/{self.zid}/{rest}".encode())[::-1]
+        return f"{self.domain}/{name.strip('/')}/{dds}/{type_hash}", gid
+
+    def publisher(self, topic: str, support: Any, qos: str = RELIABLE) -> Callable[..., None]:
+        """A publisher; what is returned publishes bytes."""
+        key, gid = self.end("MP", topic, support.name, support.type_hash, qos)
+        if qos == LATCHED:
+            way: Any = zenoh.ext.declare_advanced_publisher(
+                self.session,
+                key,
+                cache=zenoh.ext.CacheConfig(max_samples=5),
+                publisher_detection=True,
+                sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5),
+            )
+        else:
+            way = self.session.declare_publisher(key)
+        self.kept.append(way)
+        numbers = count(1)
+
+        def publish(payload: bytes) -> None:
+            way.put(payload, attachment=struct.pack("<qqB", next(numbers), time.time_ns(), 16) + gid)
+
+        return publish
+
+    def subscription(self, topic: str, support: Any, on_sample: Callable[[Any], None], qos: str = RELIABLE) -> None:
+        key, _ = self.end("MS", topic, support.name, support.type_hash, qos)
+        if qos == LATCHED:
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=5)
+            recovery = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
+            way: Any = zenoh.ext.declare_advanced_subscriber(
+                self.session, key, on_sample, history=history, recovery=recovery
+            )
+        else:
+            way = self.session.declare_subscriber(key, on_sample)
+        self.kept.append(way)
+
+    def server(self, name: str, support: Any, answer: Callable[[bytes], bytes]) -> None:
+        key, _ = self.end("SS", name, support.name, support.type_hash, RELIABLE)
+
+        def on_query(query: Any) -> None:
+            number, _, length = struct.unpack_from("<qqB", query.attachment.to_bytes())
+            assert length == 16
+            attachment = struct.pack("<qqB", number, time.time_ns(), 16) + query.attachment.to_bytes()[17:33]
+            query.reply(key, answer(query.payload.to_bytes()), attachment=attachment)
+
+        self.kept.append(self.session.declare_queryable(key, on_query, complete=True))
+
+    def call(self, name: str, support: Any, payload: bytes) -> tuple[bytes, int, bytes]:
+        """Call a service: the answer, and the number and gid that came with it, by which `rmw_zenoh` finds the call."""
+        key, gid = self.end("SC", name, support.name, support.type_hash, RELIABLE)
+        replies = self.session.get(
+            key,
+            payload=payload,
+            attachment=struct.pack("<qqB", 41, time.time_ns(), 16) + gid,
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=60.0,
+        )
+        (reply,) = list(replies)
+        assert reply.ok is not None, reply.err.payload.to_string()
+        number, _, length = struct.unpack_from("<qqB", reply.ok.attachment.to_bytes())
+        assert (length, reply.ok.attachment.to_bytes()[17:33]) == (16, gid)
+        return reply.ok.payload.to_bytes(), number, gid
