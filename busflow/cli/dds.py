@@ -1,0 +1,34 @@
+"""`busflow dds`: opens a door between a running graph and the nodes of ROS 2 in a DDS domain."""
+
+from __future__ import annotations
+
+import click
+
+from busflow.cli.options.lazy_group import importing
+from busflow.cli.options.run import complete_runs
+
+_LAST_DOMAIN = 232
+
+
+@click.command()
+@click.option("--run", metavar="NAME", shell_complete=complete_runs, help="The run, if there are several.")
+@click.option(
+    "--domain",
+    type=click.IntRange(0, _LAST_DOMAIN),
+    envvar="ROS_DOMAIN_ID",
+    default=0,
+    help="The DDS domain; else that of ROS_DOMAIN_ID, or 0.",
+)
+@click.option("--topics", metavar="PATTERN", multiple=True, help="Only these topics, services and actions: /arm/**.")
+@click.option("--interface", metavar="NAME", help="The network interface, such as eth0; else loopback.")
+@click.option("--voice", "pipe", type=int, hidden=True)
+def dds(run: str | None, domain: int, topics: tuple[str, ...], interface: str | None, pipe: int | None) -> None:
+    """Let a running graph and nodes of ROS 2 that speak DDS see each other.
+
+    Without --interface only nodes of this machine do.
+    """
+    with importing():
+        from busflow.dds.process import serve
+        from busflow.wire.zenoh.run_directory import find_run
+
+    serve(find_run(run), domain, topics, interface=interface, pipe=pipe)

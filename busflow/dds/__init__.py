@@ -1,0 +1,19 @@
+"""A door between a run and the nodes of ROS 2 in a DDS domain. Knows no node of the run's own, and encodes no message.
+
+The door is a process beside the run (`process`): `busflow dds`, or started with the run (`extension`), and started
+again when it fails. A fault of the DDS library, in C, ends the door and not the run.
+
+- `door` joins the run as a process with a socket, and the domain as one participant (`participant`). It looks at both
+  sides whenever one of them changes: `topics` and `services` then have what there should be.
+- A topic goes out by an `outlet`, with a DDS writer for each publisher, and in by an `inlet`, with one reader. The
+  bytes of a message are ROS 2's CDR on both sides and stay as they are; `idl` makes the DDS types that carry them, from
+  the descriptions that the run offers. A message from DDS waits until the run knows its writer.
+- A service goes by `calls`. `rmw_cyclonedds` writes 16 bytes before a request and its response, which are added and
+  taken off here.
+- `neighbours` follows the endpoints of other participants, and the nodes that these list on `ros_discovery_info`
+  (`node_lists`); there the run's nodes are listed too. `shown` shows the neighbours in the run, as tokens of nodes and
+  endpoints like any other process's: whether types, definitions and QoS fit is decided where it always is.
+- `names`, `qos` and `known_types` translate. `carried` counts, and keeps the log short whatever a neighbour does.
+
+docs/decisions/0041 has the reasons.
+"""

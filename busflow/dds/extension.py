@@ -1,0 +1,103 @@
+"""DdsDoor: the process of a door to DDS, which starts and ends with a run, and is started again when it fails."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import AsyncGenerator, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Any
+
+from busflow.dds.process import NODE, require_cyclonedds
+from busflow.errors import ExitCode
+from busflow.node.supervision import Backoff, RestartPolicy
+from busflow.processes.child import Child
+from busflow.processes.pipe import record_of
+from busflow.runner.extension import Extension
+from busflow.text import printable
+from busflow.wire.zenoh.run_directory import runs
+
+if TYPE_CHECKING:
+    from busflow.runner.graph import Graph
+
+_LIFE = RestartPolicy(when="on-failure")
+_END_S = 3.0
+"""How long a door may take to end before it is killed."""
+
+
+class DdsDoor(Extension):
+    """The door of a run; attach it after what lets other terminals find the run."""
+
+    def __init__(
+        self, graph: Graph, domain: int, patterns: Sequence[str] = (), *, interface: str | None = None
+    ) -> None:
+        """Create a door that opens when the graph starts.
+
+        Args:
+            graph: the graph of the run's main process.
+            domain: the number of the DDS domain.
+            patterns: the topics, services and actions that cross; all that are not hidden without one.
+            interface: the network interface; None for the loopback interface.
+        """
+        self._graph, self._log = graph, graph.log.bind(NODE)
+        self._arguments = ["dds", "--domain", str(domain), *(f"--topics={each}" for each in patterns)]
+        self._arguments += [] if interface is None else [f"--interface={interface}"]
+        self._child: Child | None = None
+        self._ending = False
+
+    def begin(self) -> None:
+        """Check that DDS can be spoken here.
+
+        Raises:
+            InspectionUnavailable: it cannot.
+        """
+        require_cyclonedds()
+
+    def surround(self) -> AbstractAsyncContextManager[object]:
+        """The life of the door's process."""
+        return self._living()
+
+    def on_message(self, message: Mapping[str, Any]) -> None:
+        """Pass on a line of the door's log; called in the thread that reads it."""
+        with suppress(ValueError):
+            self._graph.log.pass_on(record_of(message.get("log"), ""))
+
+    def on_print(self, line: str, *, error: bool) -> None:  # noqa: ARG002  # the signature of a `ChildSink`
+        """Pass on what the process prints, which is what Python or Cyclone says of a mistake."""
+        self._log.warning(printable(line, limit=400))
+
+    @asynccontextmanager
+    async def _living(self) -> AsyncGenerator[None]:
+        living = asyncio.get_running_loop().create_task(self._live(), name="busflow.dds")
+        try:
+            yield
+        finally:
+            self._ending = True
+            if self._child is not None:
+                self._child.terminate()
+            _, late = await asyncio.wait([living], timeout=_END_S)
+            for task in late:
+                if self._child is not None:
+                    self._child.kill()
+                task.cancel()
+
+    async def _live(self) -> None:
+        """Start the process, and start it again when it fails."""
+        backoff, clock = Backoff(_LIFE), self._graph.clock
+        own = next((each for each in runs() if each.card.pid == os.getpid()), None)
+        if own is None:
+            self._log.error("there is no door to DDS: other terminals cannot join this run")
+            return
+        while not self._ending:
+            since_s = clock.seconds()
+            self._child = Child([*self._arguments, "--run", own.name], os.environ, lambda: b"\n", self)
+            code = await self._child.ended()
+            self._child = None
+            if self._ending or code == ExitCode.OK:
+                return
+            pause_s = backoff.next_s(lived_s=clock.seconds() - since_s, now_s=clock.seconds())
+            if pause_s is None or code == ExitCode.USAGE:
+                self._log.error(f"there is no door to DDS any more: it ended with exit code {code}")
+                return
+            self._log.error(f"the door to DDS ended with exit code {code}; it opens again in {pause_s:g} s")
+            await clock.sleep(pause_s)

@@ -1,0 +1,68 @@
+"""KnownTypes: types of what crosses the door, as the run has them, else as this installation does."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from busflow.errors import BusflowError, UnknownType
+from busflow.interfaces.encoding.builtin_types import builtin_types
+from busflow.interfaces.encoding.description import SERVICE_EVENT_INFO, assemble, rihs01, service_types, types_in
+from busflow.interfaces.encoding.foreign import ForeignType
+from busflow.launchfile.model.interface_folders import library
+from busflow.wire.client.client import ServiceKind
+from busflow.wire.client.known_type import known_type
+
+if TYPE_CHECKING:
+    from busflow.dds.carried import Carried
+    from busflow.wire.client.client import Peer
+
+
+class KnownTypes:
+    """Types by name and hash. For one that is not known, a line is logged, and it is not carried."""
+
+    def __init__(self, peer: Peer, carried: Carried) -> None:
+        self._peer, self._carried = peer, carried
+        self._messages: dict[tuple[str, str], ForeignType] = {}
+
+    def message(self, topic: str, name: str, type_hash: str) -> ForeignType | None:
+        """Return a message's type, or None if it cannot cross."""
+        key = name, type_hash
+        if key not in self._messages:
+            try:
+                self._messages[key] = known_type(self._peer, name, type_hash)
+            except BusflowError as error:
+                self._carried.warn(f"{topic} does not cross the door to DDS: {error}")
+                return None
+        return self._messages[key]
+
+    def services(self, names: list[str]) -> dict[str, ServiceKind]:
+        """Return those services that the run knows."""
+        if not names:
+            return {}
+        try:
+            return self._peer.services(names)
+        except BusflowError as error:
+            self._carried.warn(f"the run does not say what its services take: {error}")
+            return {}
+
+    def installed_service(self, name: str, type_name: str) -> ServiceKind | None:
+        """Return a service of a type that this installation has, or None."""
+        try:
+            request, response = (_installed(f"{type_name}_{part}") for part in ("Request", "Response"))
+            needed = builtin_types().within(SERVICE_EVENT_INFO)
+            needed |= {each["type_name"]: each for each in service_types(type_name)}
+            needed |= types_in(request.description) | types_in(response.description)
+            whole = rihs01(assemble(type_name, needed))
+        except (BusflowError, LookupError):
+            return None
+        return ServiceKind(name, type_name, whole, request, response)
+
+
+def _installed(name: str) -> ForeignType:
+    files = library()
+    if name in files:
+        return files.foreign(name)
+    if name not in builtin_types():
+        raise UnknownType(f"no type {name}")
+    described = builtin_types().description(name)
+    return ForeignType(name, rihs01(described), described)

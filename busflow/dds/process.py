@@ -1,0 +1,84 @@
+"""The process of a door: from its options to its end, by a signal or with the run."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from busflow.bus.patterns import Selection
+from busflow.clock import SystemClock
+from busflow.errors import InspectionUnavailable, how_to_install
+from busflow.log import Log, console_sink
+from busflow.processes.pipe import PipeWriter
+from busflow.wire.zenoh.session import require_zenoh
+
+if TYPE_CHECKING:
+    from busflow.dds.door import Door
+    from busflow.wire.zenoh.run_directory import FoundRun
+
+NODE = "dds"
+"""The name under which a door logs."""
+
+
+def require_cyclonedds() -> None:
+    """Check that DDS can be spoken here.
+
+    Raises:
+        InspectionUnavailable: it cannot.
+    """
+    if find_spec("cyclonedds") is None:
+        text = "DDS is spoken with cyclonedds, which is not installed here"
+        raise InspectionUnavailable(f"{text}; {how_to_install('busflow[dds]')}")
+
+
+def serve(
+    run: FoundRun, domain: int, patterns: Sequence[str], *, interface: str | None = None, pipe: int | None = None
+) -> None:
+    """Carry between a run and a DDS domain, until SIGINT, SIGTERM, or the end of the run.
+
+    Args:
+        run: the run, on this machine.
+        domain: the domain's number.
+        patterns: the topics, services and actions that cross; all that are not hidden without one.
+        interface: the network interface; None for the loopback interface.
+        pipe: where to write the log, for the process that has started this one and holds its standard input open; None
+            for standard error.
+
+    Raises:
+        InspectionUnavailable: the run does not answer, or DDS cannot be spoken here.
+        InvalidName: a pattern, or the interface, has a name that cannot be.
+    """
+    require_zenoh()
+    require_cyclonedds()
+    selection = Selection(patterns)
+    writer = None if pipe is None else PipeWriter(pipe)
+    sink = console_sink(sys.stderr, colour=False) if writer is None else writer.log
+    log = Log(SystemClock(), sinks=(sink,)).bind(NODE)
+    from busflow.dds.door import Door  # needs cyclonedds
+
+    door = Door(run, domain, selection, interface=interface, log=log.warning)
+    try:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda _number, _frame: door.stop())
+        if pipe is not None:
+            threading.Thread(target=_stop_with_parent, args=(door,), name="busflow.dds.parent", daemon=True).start()
+        where = "on this machine" if interface is None else f"on {interface}"
+        log.info("the run and DDS see each other", domain=domain, where=where)
+        door.serve()
+    finally:
+        door.close()
+        log.info("the door to DDS is closed", carried=str(door.carried))
+        if writer is not None:
+            writer.close()
+
+
+def _stop_with_parent(door: Door) -> None:
+    """Stop the door at the end of standard input, which shows the end of the process that has started this one."""
+    while os.read(sys.stdin.fileno(), 1024):
+        pass
+    door.stop()

@@ -1,0 +1,100 @@
+"""Services: what crosses the door of services, as both sides have them now."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from busflow.dds.calls import DoorParts, NeighbourServer, RunServer
+from busflow.dds.names import Channel
+from busflow.errors import UnknownType
+from busflow.wire.zenoh.keys import Token, TokenKind
+
+if TYPE_CHECKING:
+    from busflow.dds.known_types import KnownTypes
+    from busflow.dds.neighbours import NeighbourEnd
+    from busflow.wire.client.client import ServiceKind
+
+_REQUEST = "_Request"
+
+
+class Services:
+    """The servers of the run that neighbours call, and the servers of neighbours that the run calls."""
+
+    def __init__(self, parts: DoorParts, types: KnownTypes) -> None:
+        self._parts, self._types = parts, types
+        self._servers: dict[str, RunServer | None] = {}
+        """By token of a server of the run; None for one that cannot cross."""
+        self._neighbours: dict[bytes, NeighbourServer] = {}
+        """By gid of the reader of requests of a neighbour's server."""
+        self._kinds: dict[bytes, ServiceKind] = {}
+
+    def update(self, run: Sequence[Token], ends: Sequence[NeighbourEnd]) -> None:
+        """Make the servers on both sides those that there are."""
+        self._update_servers({str(token): token for token in run if token.kind is TokenKind.SERVICE})
+        asked = [end for end in ends if end.name.channel is Channel.REQUEST and not end.is_writer]
+        self._update_neighbours({end.gid: end for end in asked})
+
+    def kind_of(self, end: NeighbourEnd) -> ServiceKind | None:
+        """Return the service of a neighbour's server, if its type is known."""
+        return self._kinds.get(end.gid)
+
+    def learn(self, ends: Sequence[NeighbourEnd]) -> None:
+        """Look up the services of neighbours' servers that are not known yet, as far as the run or this machine can."""
+        asked = {end.gid: end for end in ends if end.name.channel is Channel.REQUEST and end.type.endswith(_REQUEST)}
+        self._kinds = {gid: kind for gid, kind in self._kinds.items() if gid in asked}
+        unknown = [end for gid, end in asked.items() if gid not in self._kinds]
+        known = self._types.services(sorted({end.name.name for end in unknown}))
+        for end in unknown:
+            type_name = end.type.removesuffix(_REQUEST)
+            kind = known.get(end.name.name)
+            if kind is not None and kind.type != type_name:
+                text = f"{end.name.name} in DDS is a {type_name}, and in the run a {kind.type}: it is not called"
+                self._parts.carried.warn(text)
+                continue
+            kind = kind or self._types.installed_service(end.name.name, type_name)
+            if kind is not None:
+                self._kinds[end.gid] = kind
+
+    def gids(self, node: str, run: Sequence[Token]) -> tuple[frozenset[bytes], frozenset[bytes]]:
+        """Return the gids in DDS of the readers and of the writers of the servers of a node of the run."""
+        own = [str(token) for token in run if token.kind is TokenKind.SERVICE and token.node_name == node]
+        found = [server.gids for text in own if (server := self._servers.get(text)) is not None]
+        return frozenset(reader for reader, _ in found), frozenset(writer for _, writer in found)
+
+    def close(self) -> None:
+        """Answer and call nothing any more."""
+        for server in (*self._servers.values(), *self._neighbours.values()):
+            if server is not None:
+                server.close()
+
+    def _update_servers(self, wanted: Mapping[str, Token]) -> None:
+        for text in self._servers.keys() - wanted.keys():
+            if (server := self._servers.pop(text)) is not None:
+                server.close()
+        new = {text: token for text, token in wanted.items() if text not in self._servers}
+        kinds = self._types.services(sorted({token.topic for token in new.values()}))
+        for text, token in sorted(new.items()):
+            kind = kinds.get(token.topic) or self._types.installed_service(token.topic, token.type)
+            self._servers[text] = None
+            if kind is None or kind.hash != token.hash:
+                self._parts.carried.warn(f"{token.topic} does not cross the door to DDS: its type is not known here")
+                continue
+            try:
+                self._servers[text] = RunServer(kind, self._parts)
+            except UnknownType as error:
+                self._parts.carried.warn(f"{token.topic} does not cross the door to DDS: {error}")
+
+    def _update_neighbours(self, wanted: Mapping[bytes, NeighbourEnd]) -> None:
+        for gid in self._neighbours.keys() - wanted.keys():
+            self._neighbours.pop(gid).close()
+        called = {end.name.name for gid, end in wanted.items() if gid in self._neighbours}
+        for gid in sorted(wanted.keys() - self._neighbours.keys()):
+            name, kind = wanted[gid].name.name, self._kinds.get(gid)
+            if kind is None or name in called:  # of two servers of one name, as of two answers, the first counts
+                continue
+            called.add(name)
+            try:
+                self._neighbours[gid] = NeighbourServer(kind, self._parts)
+            except UnknownType as error:
+                self._parts.carried.warn(f"{name} in DDS is not called: {error}")
