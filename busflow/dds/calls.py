@@ -35,13 +35,19 @@ if TYPE_CHECKING:
 
 _HEADER = struct.Struct("<Qq")
 _ENCAPSULATION = 4
+_UNSIGNED = (1 << 64) - 1
+"""cyclonedds returns a handle, which has no sign, with one."""
 _BODY = _ENCAPSULATION + _HEADER.size
 _WAITING = 1000
 """Calls of one service that may wait for an answer."""
 _FOREVER_S = 10 * 365 * 86_400
 """Zenoh's time limit of a query, which it requires: ROS 2's clients have none."""
-_PIECE_S, _PIECES = 0.01, 10
-"""How often, and how many times, it is looked whether a client's reader is known. ROS 2 waits 100 ms for it, too."""
+_PIECE_S = 0.01
+"""How often it is looked whether the other side's reader is known."""
+_CLIENT_PIECES = 10
+"""How many times for a client that has asked; ROS 2 waits 100 ms too."""
+_SERVER_PIECES = 100
+"""How many times for a server that has just come, before the first request is written all the same."""
 
 
 class DoorParts:
@@ -150,7 +156,7 @@ class RunServer:
 
     def _answer(self, header: bytes, payload: bytes, client: int) -> None:
         """Write the answer, once the reader of the client that has asked is known here, or after 100 ms."""
-        for _ in range(_PIECES):
+        for _ in range(_CLIENT_PIECES):
             if self._knows_reader_of(client) or self._closed.wait(_PIECE_S):
                 break
         sample = self._carrier.of(payload[:_ENCAPSULATION] + header + payload[_ENCAPSULATION:])
@@ -179,7 +185,8 @@ class NeighbourServer:
         self._waiting: dict[int, zenoh.Query] = {}
         self._lock = threading.Lock()
         self._reader, self._writer, self._carrier = parts.ends(kind, is_server=False)
-        self._own = int(self._writer.instance_handle)
+        self._own = self._writer.instance_handle & _UNSIGNED
+        self._closed = threading.Event()
         parts.intake.add(self._reader, self._on_replies)
         self._queryable: Any = parts.session.declare_queryable(
             topic_key(kind.name, kind.type, kind.hash),
@@ -194,6 +201,7 @@ class NeighbourServer:
 
     def close(self) -> None:
         """Answer no more; clients that wait get an error."""
+        self._closed.set()
         self._queryable.undeclare()
         self._parts.intake.remove(self._reader)
         with self._lock:
@@ -213,7 +221,14 @@ class NeighbourServer:
         payload = query.payload.to_bytes() if query.payload is not None else b""
         header = _HEADER.pack(self._own, number)
         sample = self._carrier.of(payload[:_ENCAPSULATION] + header + payload[_ENCAPSULATION:])
-        self._parts.sender.hand(partial(self._parts.write, self._kind.name, self._writer, sample), len(payload))
+        self._parts.sender.hand(partial(self._send, sample), len(payload))
+
+    def _send(self, sample: Any) -> None:
+        """Write a request, once the reader and the writer of the server are known here."""
+        for _ in range(_SERVER_PIECES):
+            if (self._writer.matched_sub and self._reader.matched_pub) or self._closed.wait(_PIECE_S):
+                break
+        self._parts.write(self._kind.name, self._writer, sample)
 
     def _on_replies(self, samples: list[Any]) -> None:
         for sample in samples:
