@@ -18,12 +18,13 @@ from typing import TYPE_CHECKING, Any, Self
 import zenoh
 
 from busflow.actions.names import action_of
+from busflow.clock import SystemClock
 from busflow.dds.calls import DoorParts
 from busflow.dds.carried import Carried
 from busflow.dds.idl import Carriers
 from busflow.dds.known_types import KnownTypes
 from busflow.dds.names import Channel
-from busflow.dds.neighbours import NeighbourEnd, Neighbours
+from busflow.dds.neighbours import UNKNOWN, NeighbourEnd, Neighbours
 from busflow.dds.node_lists import ListedNode
 from busflow.dds.participant import Intake, Participant
 from busflow.dds.services import Services
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 
 SOCKET = "dds.sock"
 """The door's socket in the run's directory. A client, which has none, would not see what other clients show."""
+_LISTED_NS = 1_000_000_000
+"""How long ROS 2 may take to list the node of an endpoint; its messages wait meanwhile."""
 _LOOK_S = 1.0
 """How often it is looked whether the run still exists."""
 
@@ -89,7 +92,10 @@ class Door:
         self._selection = selection
         self._changed = threading.Event()
         self._ending = False
+        self._clock = SystemClock()
         self._tokens: dict[str, Token] = {}
+        self._unlisted: dict[bytes, int] = {}
+        """By gid of an endpoint that no list of nodes has, though it will, when it came."""
         carriers = Carriers()
         participant = Participant(domain, interface)
         self._peer = Peer(_AsProcess.of(run))
@@ -112,7 +118,7 @@ class Door:
     def serve(self) -> None:
         """Carry until `stop` is called, or the run ends."""
         while not self._ending and self._peer.alive:
-            if self._changed.wait(_LOOK_S):
+            if self._changed.wait(_LOOK_S) or self._waits_for_list:
                 self._changed.clear()
                 self._update()
 
@@ -130,6 +136,11 @@ class Door:
             intake.close()
         self._peer.close()
         self._sender.close()
+
+    @property
+    def _waits_for_list(self) -> bool:
+        now_ns = self._clock.monotonic_ns()
+        return any(now_ns - since_ns < 2 * _LISTED_NS for since_ns in self._unlisted.values())
 
     def _allows(self, name: str) -> bool:
         return self._selection.includes(action_of(name) or name)
@@ -171,9 +182,9 @@ class Door:
         """Show neighbours' nodes and endpoints in the run; return whether an endpoint is new."""
         hashes = {(token.topic, token.type): token.hash for token in run}
         found: dict[bytes, tuple[TokenKind, NeighbourEnd, ListedNode, str, str]] = {}
+        nodes_of = self._nodes_of(ends)
         for end in ends:
-            node = self._neighbours.node_of(end)
-            if node is None:
+            if (node := nodes_of.get(end.gid)) is None:
                 continue
             if end.name.channel is Channel.TOPIC:
                 kind = TokenKind.PUBLISHER if end.is_writer else TokenKind.SUBSCRIPTION
@@ -186,6 +197,19 @@ class Door:
         nodes = {node.full_name: node for node in (*self._neighbours.nodes, *(each[2] for each in found.values()))}
         self._shown.update_nodes(list(nodes.values()))
         return self._shown.update_ends(found)
+
+    def _nodes_of(self, ends: Sequence[NeighbourEnd]) -> dict[bytes, ListedNode]:
+        """Return the nodes of endpoints, without those that are going to be listed."""
+        now_ns, before, self._unlisted = self._clock.monotonic_ns(), self._unlisted, {}
+        found: dict[bytes, ListedNode] = {}
+        for end in ends:
+            node = self._neighbours.node_of(end)
+            if node is None:
+                since_ns = self._unlisted[end.gid] = before.get(end.gid, now_ns)
+                node = UNKNOWN if now_ns - since_ns >= _LISTED_NS else None
+            if node is not None:
+                found[end.gid] = node
+        return found
 
     def _listed(self, node: Token, run: Sequence[Token]) -> ListedNode:
         readers, writers = self._topics.gids(node.node_name, run)

@@ -30,6 +30,8 @@ from busflow.wire.zenoh.qos_text import WireQoS
 
 BARE = ListedNode("/", "_CREATED_BY_BARE_DDS_APP_")
 """ROS 2's name for whatever has endpoints and lists no node."""
+UNKNOWN = ListedNode("/", "_NODE_NAME_UNKNOWN_")
+"""ROS 2's name for the node of an endpoint that its participant should have listed."""
 _MOST = 10_000
 """Endpoints, and participants, that are known at once; who shows more is faulty or malicious."""
 

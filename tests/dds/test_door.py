@@ -93,3 +93,12 @@ def test_run_calls_a_server_of_a_neighbour(stage, bare):
     bare.do("write", topic="rt/ask_other", value=41)
     bare.said(asked="/other_add", a=41, b=1)
     stage.robot.wait_for("answer 42")
+
+
+def test_writer_that_nobody_lists_is_received(stage):
+    """ROS 2 lists nodes; before Iron in another form, which is not read."""
+    peer = stage.peer("enclave=/;")
+    peer.do("advertise", topic="rt/command", kind="Float64", latched=True)
+    peer.do("write", topic="rt/command", value=4.5)
+    stage.robot.wait_for("command 4.5")
+    assert "_NODE_NAME_UNKNOWN_" in stage.busflow("topic", "info", "-v", "command")
