@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import zenoh
@@ -28,7 +28,7 @@ from busflow.dds.neighbours import UNKNOWN, NeighbourEnd, Neighbours
 from busflow.dds.node_lists import ListedNode
 from busflow.dds.participant import Intake, Participant
 from busflow.dds.services import Services
-from busflow.dds.shown import Shown
+from busflow.dds.shown import ENCLAVE, Shown
 from busflow.dds.topics import Topics
 from busflow.errors import MalformedMessage
 from busflow.wire.client.client import Peer
@@ -40,8 +40,6 @@ from busflow.wire.zenoh.session import open_session
 if TYPE_CHECKING:
     from busflow.bus.patterns import Selection
 
-SOCKET = "dds.sock"
-"""The door's socket in the run's directory. A client, which has none, would not see what other clients show."""
 _LISTED_NS = 1_000_000_000
 """How long ROS 2 may take to list the node of an endpoint; its messages wait meanwhile."""
 _LOOK_S = 1.0
@@ -50,14 +48,17 @@ _LOOK_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class _AsProcess(FoundRun):
-    """A run that is joined as a process of its own, with a socket."""
+    """A run that is joined as a process of its own: a client, without a socket, would not see other clients."""
+
+    socket: str = ""
+    """The name of the socket in the run's directory."""
 
     @classmethod
-    def of(cls, run: FoundRun) -> Self:
-        return cls(**{each.name: getattr(run, each.name) for each in fields(run)})
+    def of(cls, run: FoundRun, domain: int) -> Self:
+        return cls(run.directory, run.card, run.is_double, f"dds-{domain}.sock")
 
     def open(self, patience_s: float) -> zenoh.Session:
-        return open_session(self.directory, listen=SOCKET, patience_s=patience_s)
+        return open_session(self.directory, listen=self.socket, patience_s=patience_s)
 
     def is_alive(self, _session: zenoh.Session) -> bool:
         return any(each.directory == self.directory and each.card == self.card for each in runs())
@@ -98,7 +99,7 @@ class Door:
         """By gid of an endpoint that no list of nodes has, though it will, when it came."""
         carriers = Carriers()
         participant = Participant(domain, interface)
-        self._peer = Peer(_AsProcess.of(run))
+        self._peer = Peer(_AsProcess.of(run, domain))
         self._shown = Shown(self._peer.session)
         self._sender = SenderThread("busflow.dds.calls", on_error=self._on_error)
         self._intakes = [
@@ -155,7 +156,7 @@ class Door:
                 token = Token.parse(text)
             except MalformedMessage:  # a process of the run says so
                 return
-            if token.session == self._shown.zid:
+            if token.enclave == ENCLAVE:
                 return
             self._tokens[text] = token
         self._changed.set()

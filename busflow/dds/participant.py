@@ -29,6 +29,7 @@ from busflow.wire.zenoh.qos_text import WireQoS
 
 LAST_DOMAIN = 232
 """The last domain whose ports are below 65,536."""
+# What XML would take for something else is in no such name; Linux itself forbids only slashes and spaces.
 _INTERFACE = re.compile(r"[A-Za-z0-9_.:-]{1,64}")
 _LOOPBACK = """\
 <NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces><AllowMulticast>false</AllowMulticast></General>\
@@ -49,12 +50,14 @@ def configuration(interface: str | None) -> str:
     """Return Cyclone's configuration: the loopback interface without multicast, or the interface of this name.
 
     Raises:
-        InvalidName: no interface has such a name.
+        InvalidName: there is no interface of this name.
     """
     if interface is None:
         return _CONFIGURATION.format(_LOOPBACK)
-    if _INTERFACE.fullmatch(interface) is None:
-        raise InvalidName(f"{printable(interface, limit=80)!r} is no name of a network interface, such as eth0")
+    known = [name for _, name in socket.if_nameindex()]
+    if interface not in known or _INTERFACE.fullmatch(interface) is None:
+        shown = printable(interface, limit=80)
+        raise InvalidName(f"no network interface is called {shown!r}; there are {', '.join(known)}")
     return _CONFIGURATION.format(_NAMED.format(interface))
 
 
@@ -66,7 +69,7 @@ class Participant:
 
         Raises:
             InspectionUnavailable: DDS cannot open its sockets.
-            InvalidName: no interface has such a name.
+            InvalidName: there is no interface of this name.
         """
         text = configuration(interface)
         before = _open_files()

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from busflow.dds.node_lists import ListedNode
 
 
+ENCLAVE = "/dds"
+"""Marks the tokens of doors: the neighbours of one domain are not shown to those of another."""
+
+
 class Shown:
     """The tokens that stand for neighbours in the run."""
 
@@ -29,11 +33,6 @@ class Shown:
         self._nodes: dict[str, zenoh.LivelinessToken] = {}
         self._ends: dict[bytes, tuple[tuple[object, ...], Token, zenoh.LivelinessToken]] = {}
 
-    @property
-    def zid(self) -> str:
-        """The session's id, in each of these tokens."""
-        return self._zid
-
     def update_nodes(self, nodes: list[ListedNode]) -> None:
         """Show these nodes, and no others."""
         wanted = {node.full_name: node for node in nodes}
@@ -41,7 +40,8 @@ class Shown:
             self._nodes.pop(name).undeclare()
         for name in wanted.keys() - self._nodes.keys():
             number = self._node_ids.setdefault(name, len(self._node_ids))
-            token = Token(self._zid, number, number, TokenKind.NODE, wanted[name].namespace, wanted[name].name)
+            node = wanted[name]
+            token = Token(self._zid, number, number, TokenKind.NODE, node.namespace, node.name, enclave=ENCLAVE)
             self._nodes[name] = self._session.liveliness().declare_token(str(token))
 
     def update_ends(self, ends: Mapping[bytes, tuple[TokenKind, NeighbourEnd, ListedNode, str, str]]) -> bool:
@@ -68,6 +68,7 @@ class Shown:
                 type=type_name,
                 hash=type_hash,
                 qos=written(end.qos),
+                enclave=ENCLAVE,
             )
             declared = self._session.liveliness().declare_token(str(token))
             self._ends[gid] = _stated(*ends[gid]), token, declared

@@ -76,6 +76,9 @@ class Driver(Node):
 """
 
 
+RUN = "import sys; sys.exit(busflow.run(Driver, inspect='robot'))"
+
+
 class Program:
     """A process whose lines on one of its streams are kept."""
 
@@ -182,11 +185,12 @@ def own_domain() -> Iterator[int]:
 class Stage:
     """A run with its door, and peers in their domain."""
 
-    def __init__(self, domain: int, ending: ExitStack, folder: str) -> None:
+    door: Program
+
+    def __init__(self, domain: int, ending: ExitStack, folder: str, script: str = RUN) -> None:
         self.domain, self._ending, self._environment = domain, ending, {"BUSFLOW_RUNTIME_DIR": folder}
-        self.robot = self.start(Program, "-c", f"{ROBOT}\nimport sys; sys.exit(busflow.run(Driver, inspect='robot'))")
+        self.robot = self.start(Program, "-c", f"{ROBOT}\n{script}", str(domain))
         self.robot.wait_for("ready")
-        self.door = self.open_door()
 
     def start(self, kind: Any, *arguments: Any, **words: Any) -> Any:
         """Start a program, which ends with the stage."""
@@ -202,9 +206,9 @@ class Stage:
         door.wait_for("see each other")
         return door
 
-    def peer(self, enclave: str = "") -> DdsPeer:
+    def peer(self, enclave: str = "", *, domain: int | None = None) -> DdsPeer:
         """Start a program of DDS alone."""
-        return self.start(DdsPeer, self.domain, enclave)
+        return self.start(DdsPeer, self.domain if domain is None else domain, enclave)
 
     def busflow(self, *arguments: str) -> str:
         """Return what a command prints on standard output."""
@@ -221,15 +225,38 @@ class Stage:
                 return printed
         raise AssertionError(f"{text} is not in {printed}")
 
+    def until_not(self, text: str, *arguments: str) -> None:
+        """Wait until a command does not print this text any more."""
+        for _ in range(60):
+            if text not in (printed := self.busflow(*arguments)):
+                return
+        raise AssertionError(f"{text} is still in {printed}")
+
 
 @contextmanager
-def staged() -> Iterator[Stage]:
+def staged(script: str = RUN) -> Iterator[Stage]:
+    """A stage whose run is started by this script, while the block lasts."""
     with own_domain() as domain, tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as folder, ExitStack() as ending:
-        yield Stage(domain, ending, folder)
+        yield Stage(domain, ending, folder, script)
+
+
+@pytest.fixture
+def stage_of() -> Iterator[Callable[[str], Stage]]:
+    """Return a function that sets up a stage whose run is started by a script."""
+    with ExitStack() as ending:
+        yield lambda script: ending.enter_context(staged(script))
 
 
 @pytest.fixture(scope="module")
 def stage() -> Iterator[Stage]:
     """A run, its door, and a domain for peers, for all tests of a module."""
     with staged() as found:
+        found.door = found.open_door()
+        yield found
+
+
+@pytest.fixture
+def other_domain() -> Iterator[int]:
+    """One more domain that no other test uses."""
+    with own_domain() as found:
         yield found

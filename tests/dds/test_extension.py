@@ -1,0 +1,106 @@
+"""The tests of `extension`, `process` and `busflow dds`: a door that lives as long as its run, or does not open."""
+
+import os
+import select
+import signal
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+from busflow.errors import ExitCode
+
+RUN = """
+import asyncio, signal, sys
+from busflow.dds.extension import DdsDoor
+
+async def main():
+    graph = busflow.launch(Driver, inspect="robot")
+    graph.attach(DdsDoor(graph, int(sys.argv[1]), ["/speed"]))
+    interrupted = asyncio.Event()
+    asyncio.get_running_loop().add_signal_handler(signal.SIGINT, interrupted.set)
+    async with graph:
+        await interrupted.wait()
+
+asyncio.run(main())
+"""
+
+
+def door_of(process):
+    """The process number of a run's door."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    found = [int(pid) for pid in children if b"dds" in Path(f"/proc/{pid}/cmdline").read_bytes().split(bytes(1))]
+    assert len(found) == 1
+    return found[0]
+
+
+@pytest.fixture
+def attached(stage_of):
+    """A run with a door of its own, from which a peer has received something."""
+    stage = stage_of(RUN)
+    stage.robot.wait_for("see each other")
+    peer = stage.peer()
+    peer.do("read", topic="rt/speed", kind="Float64")
+    peer.said(got="rt/speed", value=1.5)
+    return stage, peer
+
+
+def test_run_with_a_door_shows_only_what_may_cross(attached):
+    _, peer = attached
+    found = [line for line in peer.lines if '"found"' in line and "ros_discovery_info" not in line]
+    assert found
+    assert all("rt/speed" in line for line in found)
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="processes are found where Linux lists them")
+def test_door_that_is_killed_opens_again(attached):
+    stage, peer = attached
+    os.kill(door_of(stage.robot.process), signal.SIGKILL)
+    stage.robot.wait_for("the door to DDS ended with exit code -9")
+    after = peer.mark()
+    peer.said(found="writer", topic="rt/speed", after=after)
+    peer.said(got="rt/speed", value=1.5, after=peer.mark())
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="processes are found where Linux lists them")
+def test_door_ends_with_a_killed_run(attached):
+    stage, _ = attached
+    door = os.pidfd_open(door_of(stage.robot.process))
+    stage.robot.end(signal.SIGKILL)
+    assert select.select([door], [], [], 30)[0]
+    os.close(door)
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "text"),
+    [
+        (["--domain", "233"], ExitCode.USAGE, "233 is not in the range 0<=x<=232"),
+        ([], ExitCode.NOT_FOUND, "nothing is running"),
+    ],
+)
+def test_door_that_cannot_open_says_why(capsys, options, code, text):
+    assert main(["dds", *options]) == code
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--interface", "<a>"], "no network interface is called '<a>'; there are"),
+        (["--topics", "a b"], "a b"),
+    ],
+)
+def test_bad_option_is_one_error(stage, options, text):
+    printed = stage.busflow("dds", "--domain", str(stage.domain), *options)
+    assert printed.startswith("error: ")
+    assert text in printed
+    assert "Traceback" not in printed
+
+
+def test_missing_library_is_said(monkeypatch):
+    from busflow.dds import process
+    from busflow.errors import InspectionUnavailable
+
+    monkeypatch.setattr(process, "find_spec", lambda _: None)
+    with pytest.raises(InspectionUnavailable, match=r"busflow\[dds\]|\.\[dds\]"):
+        process.require_cyclonedds()
