@@ -15,5 +15,27 @@ again when it fails. A fault of the DDS library, in C, ends the door and not the
   endpoints like any other process's: whether types, definitions and QoS fit is decided where it always is.
 - `names`, `qos` and `known_types` translate. `carried` counts, and keeps the log short whatever a neighbour does.
 
-docs/decisions/0041 has the reasons.
+docs/decisions/0041 has the reasons. A run without a door imports nothing of this package but this module.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from busflow.launchfile.model.ros2 import Ros2Transport
+
+if TYPE_CHECKING:
+    from busflow.runner.graph import Graph
+
+
+def attach_door(graph: Graph) -> None:
+    """Attach a door to DDS to a graph whose launch file asks for one, after what lets other terminals find the run.
+
+    Raises:
+        LaunchError: the environment names no valid domain.
+    """
+    spec = next((each.ros2 for each in graph.descriptions if each.ros2 is not None), None)
+    if spec is not None and spec.transport is Ros2Transport.DDS:
+        from busflow.dds.extension import DdsDoor
+
+        graph.attach(DdsDoor(graph, spec))

@@ -23,14 +23,14 @@ from busflow.dds.names import Channel, DdsName, read_user_data, service_end_id, 
 from busflow.dds.qos import SERVICE
 from busflow.errors import ServiceGone, ServiceUnavailable
 from busflow.wire.queries.server import replying
-from busflow.wire.zenoh.keys import Attachment, topic_key
+from busflow.wire.zenoh.keys import Attachment
 from busflow.wire.zenoh.refusal import encode_refusal, service_refusal
 
 if TYPE_CHECKING:
     from busflow.dds.carried import Carried
     from busflow.dds.idl import Carriers
     from busflow.dds.participant import Intake, Participant
-    from busflow.wire.client.client import ServiceKind
+    from busflow.wire.client.client import Peer, ServiceKind
     from busflow.wire.zenoh.sender import SenderThread
 
 _HEADER = struct.Struct("<Qq")
@@ -51,18 +51,18 @@ _SERVER_PIECES = 100
 
 
 class DoorParts:
-    """What the ends of services share: the run's session, this participant, and the thread that writes."""
+    """What all that crosses shares: the run, this participant, and the thread that writes requests and answers."""
 
     def __init__(
         self,
-        session: zenoh.Session,
+        peer: Peer,
         participant: Participant,
         intake: Intake,
         carriers: Carriers,
         carried: Carried,
         sender: SenderThread,
     ) -> None:
-        self.session, self.participant, self.intake = session, participant, intake
+        self.peer, self.session, self.participant, self.intake = peer, peer.session, participant, intake
         self.carriers, self.carried, self.sender = carriers, carried, sender
         self._ids = 0
 
@@ -102,7 +102,7 @@ class RunServer:
             UnknownType: DDS cannot describe a type of the service.
         """
         self._kind, self._parts = kind, parts
-        self._key = topic_key(kind.name, kind.type, kind.hash)
+        self._key = parts.peer.key(kind)
         self._count = 0
         self._waiting: set[tuple[int, bytes]] = set()
         self._closed = threading.Event()
@@ -189,7 +189,7 @@ class NeighbourServer:
         self._closed = threading.Event()
         parts.intake.add(self._reader, self._on_replies)
         self._queryable: Any = parts.session.declare_queryable(
-            topic_key(kind.name, kind.type, kind.hash),
+            parts.peer.key(kind),
             zenoh.handlers.Callback(self._on_query, indirect=False),
             complete=True,
         )

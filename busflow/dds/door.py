@@ -32,7 +32,7 @@ from busflow.dds.shown import ENCLAVE, Shown
 from busflow.dds.topics import Topics
 from busflow.errors import MalformedMessage
 from busflow.wire.client.client import Peer
-from busflow.wire.zenoh.keys import DOMAIN, GRAPH, Token, TokenKind
+from busflow.wire.zenoh.keys import GRAPH, Token, TokenKind
 from busflow.wire.zenoh.run_directory import FoundRun, runs
 from busflow.wire.zenoh.sender import SenderThread
 from busflow.wire.zenoh.session import open_session
@@ -100,20 +100,19 @@ class Door:
         carriers = Carriers()
         participant = Participant(domain, interface)
         self._peer = Peer(_AsProcess.of(run, domain))
-        self._shown = Shown(self._peer.session)
+        self._shown = Shown(self._peer.session, self._peer.domain)
         self._sender = SenderThread("busflow.dds.calls", on_error=self._on_error)
         self._intakes = [
             Intake(participant, f"busflow.dds.{what}", on_error=self._on_error) for what in ("topics", "services")
         ]
         parts, calls = (
-            DoorParts(self._peer.session, participant, intake, carriers, self.carried, self._sender)
-            for intake in self._intakes
+            DoorParts(self._peer, participant, intake, carriers, self.carried, self._sender) for intake in self._intakes
         )
         types = KnownTypes(self._peer, self.carried)
         self._topics, self._services = Topics(parts, types, self._shown), Services(calls, types)
         self._neighbours = Neighbours(participant, carriers, on_change=self._changed.set, on_fault=self.carried.fault)
         self._watch: Any = self._peer.session.liveliness().declare_subscriber(
-            f"{GRAPH}/{DOMAIN}/**", zenoh.handlers.Callback(self._on_token, indirect=False), history=True
+            f"{GRAPH}/{self._peer.domain}/**", zenoh.handlers.Callback(self._on_token, indirect=False), history=True
         )
 
     def serve(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import AsyncGenerator, Mapping, Sequence
+from collections.abc import AsyncGenerator, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from busflow.text import printable
 from busflow.wire.zenoh.run_directory import runs
 
 if TYPE_CHECKING:
+    from busflow.launchfile.model.ros2 import Ros2Spec
     from busflow.runner.graph import Graph
 
 _LIFE = RestartPolicy(when="on-failure")
@@ -28,20 +29,16 @@ _END_S = 3.0
 class DdsDoor(Extension):
     """The door of a run; attach it after what lets other terminals find the run."""
 
-    def __init__(
-        self, graph: Graph, domain: int, patterns: Sequence[str] = (), *, interface: str | None = None
-    ) -> None:
-        """Create a door that opens when the graph starts.
+    def __init__(self, graph: Graph, spec: Ros2Spec) -> None:
+        """Create a door that opens when the graph starts; the graph is that of the run's main process.
 
-        Args:
-            graph: the graph of the run's main process.
-            domain: the number of the DDS domain.
-            patterns: the topics, services and actions that cross; all that are not hidden without one.
-            interface: the network interface; None for the loopback interface.
+        Raises:
+            LaunchError: the environment names no valid domain.
         """
         self._graph, self._log = graph, graph.log.bind(NODE)
-        self._arguments = ["dds", "--domain", str(domain), *(f"--topics={each}" for each in patterns)]
-        self._arguments += [] if interface is None else [f"--interface={interface}"]
+        self._arguments = ["dds", "--domain", str(spec.domain_in(os.environ))]
+        self._arguments += [f"--topics={each}" for each in spec.topics]
+        self._arguments += [] if spec.interface is None else [f"--interface={spec.interface}"]
         self._child: Child | None = None
         self._ending = False
 

@@ -44,23 +44,26 @@ class TopicOutlet:
 
     def __init__(
         self,
-        topic: str,
+        token: Token,
         type_: ForeignType,
         session: zenoh.Session,
         participant: Participant,
         carriers: Carriers,
         carried: Carried,
     ) -> None:
-        """Create an outlet without publishers.
+        """Create an outlet without publishers; the token is that of the first.
 
         Raises:
             UnknownType: DDS cannot describe the type.
         """
-        self._topic, self._type, self._session, self._participant = topic, type_, session, participant
+        self._topic, self._type, self._session, self._participant = token.topic, type_, session, participant
+        self._key = topic_key(token.topic, type_.name, type_.type_hash, domain=token.domain)
         self._carrier, self._carried = carriers.of(type_), carried
         self._ways: dict[bytes, _Way] = {}
         self._subscriber: Any = None
-        self._sender = SenderThread(f"busflow.dds{topic}", on_error=lambda error: carried.fault(f"{topic}: {error}"))
+        self._sender = SenderThread(
+            f"busflow.dds{token.topic}", on_error=lambda error: carried.fault(f"{token.topic}: {error}")
+        )
         self._in_thread = False
         """True once a message was large: the others then follow it through the thread, so that they stay in order."""
 
@@ -85,14 +88,13 @@ class TopicOutlet:
     def listen(self, *, is_read: bool) -> None:
         """Receive the topic of the run while a neighbour reads it."""
         if is_read and self._subscriber is None:
-            key = topic_key(self._topic, self._type.name, self._type.type_hash)
             callback: Any = zenoh.handlers.Callback(self._on_sample, indirect=False)
             depth = max((way.kept for way in self._ways.values()), default=0)
             history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
             self._subscriber = (
-                zenoh.ext.declare_advanced_subscriber(self._session, key, callback, history=history)
+                zenoh.ext.declare_advanced_subscriber(self._session, self._key, callback, history=history)
                 if depth
-                else self._session.declare_subscriber(key, callback)
+                else self._session.declare_subscriber(self._key, callback)
             )
         elif not is_read and self._subscriber is not None:
             self._subscriber.undeclare()

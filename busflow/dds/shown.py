@@ -26,8 +26,9 @@ ENCLAVE = "/dds"
 class Shown:
     """The tokens that stand for neighbours in the run."""
 
-    def __init__(self, session: zenoh.Session) -> None:
-        self._session, self._zid = session, str(session.info.zid())
+    def __init__(self, session: zenoh.Session, domain: int) -> None:
+        """Show nothing yet; `domain` is that of the run's keys."""
+        self._session, self._zid, self._domain = session, str(session.info.zid()), domain
         self._ids = count(1)
         self._node_ids: dict[str, int] = {}
         self._nodes: dict[str, zenoh.LivelinessToken] = {}
@@ -41,7 +42,16 @@ class Shown:
         for name in wanted.keys() - self._nodes.keys():
             number = self._node_ids.setdefault(name, len(self._node_ids))
             node = wanted[name]
-            token = Token(self._zid, number, number, TokenKind.NODE, node.namespace, node.name, enclave=ENCLAVE)
+            token = Token(
+                self._zid,
+                number,
+                number,
+                TokenKind.NODE,
+                node.namespace,
+                node.name,
+                enclave=ENCLAVE,
+                domain=self._domain,
+            )
             self._nodes[name] = self._session.liveliness().declare_token(str(token))
 
     def update_ends(self, ends: Mapping[bytes, tuple[TokenKind, NeighbourEnd, ListedNode, str, str]]) -> bool:
@@ -69,6 +79,7 @@ class Shown:
                 hash=type_hash,
                 qos=written(end.qos),
                 enclave=ENCLAVE,
+                domain=self._domain,
             )
             declared = self._session.liveliness().declare_token(str(token))
             self._ends[gid] = _stated(*ends[gid]), token, declared

@@ -98,7 +98,7 @@ class Topics:
                 return None
             parts = self._parts
             self._outlets[key] = TopicOutlet(
-                token.topic, type_, parts.session, parts.participant, parts.carriers, parts.carried
+                token, type_, parts.session, parts.participant, parts.carriers, parts.carried
             )
         return self._outlets[key]
 
@@ -161,7 +161,7 @@ class Topics:
             self._ready.append((inlet, end.gid, None))
             return
         session: zenoh.Session = self._parts.session
-        speaker = ending.enter_context(speaking(session, topic, inlet.type, token.qos, token.gid))
+        speaker = ending.enter_context(speaking(session, token, inlet.type, token.qos))
         self._ready.append((inlet, end.gid, speaker))
 
 

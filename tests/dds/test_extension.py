@@ -13,10 +13,11 @@ from busflow.errors import ExitCode
 RUN = """
 import asyncio, signal, sys
 from busflow.dds.extension import DdsDoor
+from busflow.launchfile.model.ros2 import Ros2Spec
 
 async def main():
     graph = busflow.launch(Driver, inspect="robot")
-    graph.attach(DdsDoor(graph, int(sys.argv[1]), ["/speed"]))
+    graph.attach(DdsDoor(graph, Ros2Spec(int(sys.argv[1]), topics=("/speed",))))
     interrupted = asyncio.Event()
     asyncio.get_running_loop().add_signal_handler(signal.SIGINT, interrupted.set)
     async with graph:

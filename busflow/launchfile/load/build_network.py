@@ -12,7 +12,7 @@ from busflow.launchfile.model.keys import LaunchKeys
 from busflow.launchfile.model.network import NAME, TCP, TLS, MachineSpec, NetworkAddress, NetworkSpec, Role
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at, warning_at
-from busflow.launchfile.model.ros2 import ROUTER, Ros2Spec
+from busflow.launchfile.model.ros2 import ROUTER, Ros2Spec, Ros2Transport
 from busflow.launchfile.yaml.value import Origin, StatedPath, Value
 from busflow.text import did_you_mean
 
@@ -53,8 +53,12 @@ def ros2_of(keys: LaunchKeys, tree: Value, network: NetworkSpec | None, problems
     if network is not None and any(end.protocol == TCP for end in network.ends):
         text = "machines linked by tcp cannot be told from nodes of ROS 2"
         problems.add(problem_at("open-endpoint", text, "link the machines by tls", origin))
+    other = "router" if stated.transport is Ros2Transport.DDS else "interface"
+    if (unused := tree.find(("network", "ros2", other))) is not None and unused.content is not None:
+        text = f"the transport {stated.transport} has no {other}"
+        problems.add(problem_at("unused-key", text, f"leave out {other}, or take the other transport", unused.origin))
     router = _router(tree.find(("network", "ros2", "router")), problems)
-    return Ros2Spec(stated.domain, stated.transport, router, tuple(stated.topics), origin)
+    return Ros2Spec(stated.domain, stated.transport, router, stated.interface, tuple(stated.topics), origin)
 
 
 def _router(stated: Value | None, problems: Problems) -> NetworkAddress:

@@ -251,9 +251,14 @@ class Ros2Keys(Section):
     domain: int | None = Field(
         default=None, ge=0, le=MOST_DOMAIN, description="The domain that is joined; else that of ROS_DOMAIN_ID, else 0."
     )
-    transport: Ros2Transport = Field(default=Ros2Transport.ZENOH, description="ROS 2's middleware: rmw_zenoh's.")
+    transport: Ros2Transport = Field(
+        default=Ros2Transport.ZENOH, description="ROS 2's middleware: rmw_zenoh's, or dds."
+    )
     router: str = Field(
         default="tcp/127.0.0.1:7447", description="Where its router is; the run stands in for one that is not there."
+    )
+    interface: str | None = Field(
+        default=None, description="The network interface, over dds, such as eth0; else this machine alone."
     )
     topics: list[Pattern] = Field(
         default_factory=list[str], description="Only these topics and services pass, by pattern: /imu/*, /arm/**."

@@ -23,6 +23,8 @@ class Ros2Transport(StrEnum):
 
     ZENOH = "zenoh"
     """That of `rmw_zenoh`."""
+    DDS = "dds"
+    """That of `rmw_cyclonedds` and, for topics, of `rmw_fastrtps`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,7 @@ class Ros2Spec:
     domain: int | None = None  # None: that of ROS_DOMAIN_ID, else 0
     transport: Ros2Transport = Ros2Transport.ZENOH
     router: NetworkAddress = ROUTER  # where the sessions of ROS 2 meet, over Zenoh
+    interface: str | None = None  # the network interface, over DDS; None: the loopback interface
     topics: tuple[str, ...] = ()  # patterns of topics and services; empty: all
     origin: Origin | None = None  # its `place` is the key; None: the command line's option
 

@@ -52,6 +52,12 @@ def test_listen_address_and_credentials_of_a_machine(machines):
             "missing-domain",
             "state it: ros2: {domain: 0}",
         ),
+        (
+            "network: {ros2: {transport: dds, router: 'tcp/127.0.0.1:7447'}}",
+            "unused-key",
+            "the transport dds has no router",
+        ),
+        ("network: {ros2: {interface: eth0}}", "unused-key", "the transport zenoh has no interface"),
         ("nodes: {b: {plugin: p, machine: amr}}", "unknown-machine", "there is no machine amr"),
         ("processes: {x: {machine: amr}}", "unknown-machine", "there is no machine amr"),
         (
@@ -87,3 +93,5 @@ def test_ros2_takes_its_defaults_and_stated_values(folder):
     assert (found.domain, str(found.router), found.topics) == (7, "tcp/[::1]:7448", ("/imu/*",))
     assert str(found.origin) == "lab1.yaml:1:11"
     assert folder.load("network: {ca: ca.pem}\nnodes: {a: {plugin: p}}\n").ros2 is None
+    found = folder.load("network: {ros2: {transport: dds, interface: eth0}}\nnodes: {a: {plugin: p}}\n").ros2
+    assert (found.transport, found.interface) == (Ros2Transport.DDS, "eth0")
