@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -76,7 +76,8 @@ class Driver(Node):
 """
 
 
-RUN = "import sys; sys.exit(busflow.run(Driver, inspect='robot'))"
+DOMAIN = "DOMAIN"
+"""What stands for a domain in a command, before one is found."""
 
 
 class Program:
@@ -187,10 +188,9 @@ class Stage:
 
     door: Program
 
-    def __init__(self, domain: int, ending: ExitStack, folder: str, script: str = RUN) -> None:
+    def __init__(self, domain: int, ending: ExitStack, folder: str, command: Sequence[str]) -> None:
         self.domain, self._ending, self._environment = domain, ending, {"BUSFLOW_RUNTIME_DIR": folder}
-        self.robot = self.start(Program, "-c", f"{ROBOT}\n{script}", str(domain))
-        self.robot.wait_for("ready")
+        self.robot = self.start(Program, *(each.replace(DOMAIN, str(domain)) for each in command))
 
     def start(self, kind: Any, *arguments: Any, **words: Any) -> Any:
         """Start a program, which ends with the stage."""
@@ -218,6 +218,10 @@ class Stage:
         )
         return done.stdout + done.stderr
 
+    def start_alone(self, program: str, *arguments: str) -> Program:
+        """Start a program of this folder, whose output is kept."""
+        return self.start(Program, str(Path(__file__).with_name(program)), *arguments, log=False)
+
     def until(self, text: str, *arguments: str) -> str:
         """Return what a command prints, once it prints this text."""
         for _ in range(60):
@@ -234,23 +238,24 @@ class Stage:
 
 
 @contextmanager
-def staged(script: str = RUN) -> Iterator[Stage]:
-    """A stage whose run is started by this script, while the block lasts."""
+def staged(*command: str) -> Iterator[Stage]:
+    """A stage whose run is started by this command of Python, in which `DOMAIN` stands for the domain."""
     with own_domain() as domain, tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as folder, ExitStack() as ending:
-        yield Stage(domain, ending, folder, script)
+        yield Stage(domain, ending, folder, command)
 
 
 @pytest.fixture
-def stage_of() -> Iterator[Callable[[str], Stage]]:
-    """Return a function that sets up a stage whose run is started by a script."""
+def stage_of() -> Iterator[Callable[..., Stage]]:
+    """Return a function that sets up a stage whose run is started by a command of Python."""
     with ExitStack() as ending:
-        yield lambda script: ending.enter_context(staged(script))
+        yield lambda *command: ending.enter_context(staged(*command))
 
 
 @pytest.fixture(scope="module")
 def stage() -> Iterator[Stage]:
     """A run, its door, and a domain for peers, for all tests of a module."""
-    with staged() as found:
+    with staged("-c", f"{ROBOT}\nimport sys; sys.exit(busflow.run(Driver, inspect='robot'))") as found:
+        found.robot.wait_for("ready")
         found.door = found.open_door()
         yield found
 

@@ -9,8 +9,9 @@ import pytest
 
 from busflow.cli import main
 from busflow.errors import ExitCode
+from tests.dds.conftest import ROBOT
 
-RUN = """
+RUN = f"""{ROBOT}
 import asyncio, signal, sys
 from busflow.dds.extension import DdsDoor
 from busflow.launchfile.model.ros2 import Ros2Spec
@@ -38,7 +39,7 @@ def door_of(process):
 @pytest.fixture
 def attached(stage_of):
     """A run with a door of its own, from which a peer has received something."""
-    stage = stage_of(RUN)
+    stage = stage_of("-c", RUN, "DOMAIN")
     stage.robot.wait_for("see each other")
     peer = stage.peer()
     peer.do("read", topic="rt/speed", kind="Float64")
@@ -53,6 +54,7 @@ def test_run_with_a_door_shows_only_what_may_cross(attached):
     assert all("rt/speed" in line for line in found)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="processes are found where Linux lists them")
 def test_door_that_is_killed_opens_again(attached):
     stage, peer = attached
@@ -63,6 +65,7 @@ def test_door_that_is_killed_opens_again(attached):
     peer.said(got="rt/speed", value=1.5, after=peer.mark())
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="processes are found where Linux lists them")
 def test_door_ends_with_a_killed_run(attached):
     stage, _ = attached

@@ -1,0 +1,120 @@
+"""The lab of `configs/lab1.yaml` in DDS alone, each half a program: `python lab.py DOMAIN sensors|processor`.
+
+It declares ROS 2's types by itself and imports nothing of busflow. What the processor publishes, and what it gets of it
+as the other half, it prints.
+"""
+
+import math
+import sys
+import time
+from dataclasses import dataclass, field
+
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl.types import array, float64, int32, sequence, uint32
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+LOOPBACK = """<CycloneDDS><Domain Id="any"><General><Interfaces>
+<NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces></General><Discovery>
+<ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>"""
+CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
+SENSOR_DATA = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5), CDR)
+RELIABLE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(10), CDR)
+RATE_HZ = 10
+
+
+@dataclass
+class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
+@dataclass
+class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
+    stamp: Time = field(default_factory=Time)
+    frame_id: str = ""
+
+
+@dataclass
+class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+    w: float64 = 1.0
+
+
+@dataclass
+class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+
+
+@dataclass
+class Imu(IdlStruct, typename="sensor_msgs::msg::dds_::Imu_"):
+    header: Header = field(default_factory=Header)
+    orientation: Quaternion = field(default_factory=Quaternion)
+    orientation_covariance: array[float64, 9] = (0.0,) * 9
+    angular_velocity: Vector3 = field(default_factory=Vector3)
+    angular_velocity_covariance: array[float64, 9] = (0.0,) * 9
+    linear_acceleration: Vector3 = field(default_factory=Vector3)
+    linear_acceleration_covariance: array[float64, 9] = (0.0,) * 9
+
+
+@dataclass
+class JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
+    header: Header = field(default_factory=Header)
+    name: sequence[str] = ()
+    position: sequence[float64] = ()
+    velocity: sequence[float64] = ()
+    effort: sequence[float64] = ()
+
+
+@dataclass
+class Float64(IdlStruct, typename="std_msgs::msg::dds_::Float64_"):
+    data: float64 = 0.0
+
+
+def tell(line):
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def sensors(participant):
+    imus = DataWriter(participant, Topic(participant, "rt/imu/data", Imu), qos=SENSOR_DATA)
+    joints = DataWriter(participant, Topic(participant, "rt/joint_states", JointState), qos=RELIABLE)
+    balances = DataReader(participant, Topic(participant, "rt/balance_state", Float64), qos=RELIABLE)
+    names = [f"{side}_{joint}_joint" for joint in ("hip", "knee", "ankle") for side in ("left", "right")]
+    start = time.monotonic()
+    while True:
+        now = time.monotonic() - start
+        imus.write(Imu(header=Header(frame_id="imu_link"), linear_acceleration=Vector3(0.0, 0.5, 9.8)))
+        angles = [0.2 * math.sin(now) for _ in names]
+        joints.write(JointState(name=names, position=angles, velocity=[0.0] * len(names), effort=[0.0] * len(names)))
+        for balance in balances.take(N=10):
+            tell(f"balance {balance.data}")
+        time.sleep(1 / RATE_HZ)
+
+
+def processor(participant):
+    imus = DataReader(participant, Topic(participant, "rt/imu/data", Imu), qos=SENSOR_DATA)
+    joints = DataReader(participant, Topic(participant, "rt/joint_states", JointState), qos=RELIABLE)
+    balances = DataWriter(participant, Topic(participant, "rt/balance_state", Float64), qos=RELIABLE)
+    stabilities = DataWriter(participant, Topic(participant, "rt/stability_index", Float64), qos=RELIABLE)
+    for imu in imus.take_iter():
+        turn, pull = imu.angular_velocity, imu.linear_acceleration
+        balance = min(1.0, (abs(pull.y) + math.hypot(turn.x, turn.y, turn.z)) / 2.0)
+        balances.write(Float64(balance))
+        stabilities.write(Float64(1.0 - balance))
+        for state in joints.take(N=10):
+            tell(f"joints {len(state.name)}")
+
+
+if __name__ == "__main__":
+    number = int(sys.argv[1])
+    domain = Domain(number, LOOPBACK)
+    {"sensors": sensors, "processor": processor}[sys.argv[2]](DomainParticipant(number))
