@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.dds import attach_door
+from busflow.dds import attach_bridge
 from busflow.errors import (
     ExitCode,
     IncompleteRecording,
@@ -124,7 +124,7 @@ def run(
             return _run_to_end(_observed(graph, record, inspect), new_loop)
         _check_that_it_can_be_spread(what, spread[0], inspect)
         group = _process_group(graph, spread[0], inspect, outer, args or {}, record, event_loop)
-        attach_door(graph)
+        attach_bridge(graph)
         _attach_programs(graph, placed(spread[0]))
         return _run_to_end(graph, new_loop, group)
 
@@ -161,7 +161,7 @@ def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph
         from busflow.wire.mirror.membership import inspectable
 
         inspectable(graph, inspect, network=ros2_network(graph.descriptions))
-        attach_door(graph)
+        attach_bridge(graph)
     for each in graph.descriptions:
         _attach_programs(graph, placed(each, ProcessLayout.ONE))
     return graph

@@ -1,4 +1,4 @@
-"""`busflow dds`: opens a door between a running graph and the nodes of ROS 2 in a DDS domain."""
+"""`busflow dds`: opens a bridge between a running graph and the nodes of ROS 2 in a DDS domain."""
 
 from __future__ import annotations
 

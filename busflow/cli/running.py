@@ -15,7 +15,7 @@ import click
 
 from busflow.cli.terminal.output import colour, json_text, outcome_printed, print_message
 from busflow.cli.terminal.run_summary import print_summary
-from busflow.dds import attach_door
+from busflow.dds import attach_bridge
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, ProgramFailed, Stray
 from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import ClockMode, LaunchDescription, RecordSpec
@@ -153,7 +153,7 @@ class Run:
             from busflow.wire.mirror.membership import inspectable
 
             inspectable(graph, self._inspect, network=ros2_network(graph.descriptions))
-            attach_door(graph)
+            attach_bridge(graph)
 
     @staticmethod
     def _refuse(stated: bool, option: str, why: str) -> None:
@@ -177,7 +177,7 @@ class Run:
             record=self._record,
             event_loop=self._event_loop,
         )
-        attach_door(graph)
+        attach_bridge(graph)
         return graph
 
     def _run(self, graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:

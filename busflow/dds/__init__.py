@@ -1,9 +1,9 @@
-"""A door between a run and the nodes of ROS 2 in a DDS domain. Knows no node of the run's own, and encodes no message.
+"""A bridge between a run and the nodes of ROS 2 in a DDS domain. Runs no node, and encodes no message.
 
-The door is a process beside the run (`process`): `busflow dds`, or started with the run (`extension`), and started
-again when it fails. A fault of the DDS library, in C, ends the door and not the run.
+The bridge is a process beside the run (`process`): `busflow dds`, or started with the run (`extension`), and started
+again when it fails. A fault of the DDS library, in C, ends the bridge and not the run.
 
-- `door` joins the run as a process with a socket, and the domain as one participant (`participant`). It looks at both
+- `bridge` joins the run as a process with a socket, and the domain as one participant (`participant`). It looks at both
   sides whenever one of them changes: `topics` and `services` then have what there should be.
 - A topic goes out by an `outlet`, with a DDS writer for each publisher, and in by an `inlet`, with one reader. The
   bytes of a message are ROS 2's CDR on both sides and stay as they are; `idl` makes the DDS types that carry them, from
@@ -15,7 +15,7 @@ again when it fails. A fault of the DDS library, in C, ends the door and not the
   endpoints like any other process's: whether types, definitions and QoS fit is decided where it always is.
 - `names`, `qos` and `known_types` translate. `carried` counts, and keeps the log short whatever a neighbour does.
 
-docs/decisions/0041 has the reasons. A run without a door imports nothing of this package but this module.
+docs/decisions/0041 has the reasons. A run without a bridge imports nothing of this package but this module.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
 
 
-def attach_door(graph: Graph) -> None:
-    """Attach a door to DDS to a graph whose launch file asks for one, after what lets other terminals find the run.
+def attach_bridge(graph: Graph) -> None:
+    """Attach a bridge to DDS to a graph whose launch file asks for one, after what lets other terminals find the run.
 
     Raises:
         LaunchError: the environment names no valid domain.
     """
     spec = next((each.ros2 for each in graph.descriptions if each.ros2 is not None), None)
     if spec is not None and spec.transport is Ros2Transport.DDS:
-        from busflow.dds.extension import DdsDoor
+        from busflow.dds.extension import BridgeProcess
 
-        graph.attach(DdsDoor(graph, spec))
+        graph.attach(BridgeProcess(graph, spec))

@@ -1,4 +1,4 @@
-"""Services across the door: `RunServer` answers neighbours from the run, `NeighbourServer` the run from a neighbour.
+"""Services across the bridge: `RunServer` answers neighbours from the run, `NeighbourServer` the run from a neighbour.
 
 A request and its response begin with 16 bytes in which `rmw_cyclonedds` names the client and counts its calls. Fast DDS
 writes none: it names the request in the inline QoS of the response (its related sample identity), which neither Cyclone
@@ -19,7 +19,7 @@ import zenoh
 from cyclonedds.core import DDSException
 from cyclonedds.qos import Policy
 
-from busflow.dds.names import Channel, DdsName, read_user_data, service_end_id, user_data
+from busflow.dds.names import DdsName, NameUse, read_user_data, service_end_id, user_data
 from busflow.dds.qos import SERVICE
 from busflow.errors import ServiceGone, ServiceUnavailable
 from busflow.wire.queries.server import replying
@@ -50,7 +50,7 @@ _SERVER_PIECES = 100
 """How many times for a server that has just come, before the first request is written all the same."""
 
 
-class DoorParts:
+class BridgeParts:
     """What all that crosses shares: the run, this participant, and the thread that writes requests and answers."""
 
     def __init__(
@@ -74,7 +74,7 @@ class DoorParts:
         """
         self._ids += 1
         stated = {"serviceid" if is_server else "clientid": service_end_id(self.participant.gid, self._ids)}
-        request, reply = DdsName(Channel.REQUEST, kind.name), DdsName(Channel.REPLY, kind.name)
+        request, reply = DdsName(NameUse.REQUEST, kind.name), DdsName(NameUse.REPLY, kind.name)
         types = {request: kind.request, reply: kind.response}
         read, written = (request, reply) if is_server else (reply, request)
         carriers = {name: self.carriers.of(type_, is_half_of_service=True) for name, type_ in types.items()}
@@ -95,7 +95,7 @@ class DoorParts:
 class RunServer:
     """Shows a server of the run to neighbours, and answers their requests with its answers."""
 
-    def __init__(self, kind: ServiceKind, parts: DoorParts) -> None:
+    def __init__(self, kind: ServiceKind, parts: BridgeParts) -> None:
         """Begin to answer.
 
         Raises:
@@ -174,7 +174,7 @@ class RunServer:
 class NeighbourServer:
     """Shows a neighbour's server to the run, and answers its clients with the neighbour's answers."""
 
-    def __init__(self, kind: ServiceKind, parts: DoorParts) -> None:
+    def __init__(self, kind: ServiceKind, parts: BridgeParts) -> None:
         """Begin to answer.
 
         Raises:

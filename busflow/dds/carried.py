@@ -1,4 +1,4 @@
-"""What a door has carried, and the log lines that it writes about its neighbours."""
+"""What a bridge has carried, and the log lines that it writes about its neighbours."""
 
 from __future__ import annotations
 

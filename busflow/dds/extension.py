@@ -1,4 +1,4 @@
-"""DdsDoor: the process of a door to DDS, which starts and ends with a run, and is started again when it fails."""
+"""BridgeProcess: the process of a bridge to DDS, which lives as long as a run and is started again when it fails."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 _LIFE = RestartPolicy(when="on-failure")
 _END_S = 3.0
-"""How long a door may take to end before it is killed."""
+"""How long a bridge may take to end before it is killed."""
 
 
-class DdsDoor(Extension):
-    """The door of a run; attach it after what lets other terminals find the run."""
+class BridgeProcess(Extension):
+    """The bridge of a run; attach it after what lets other terminals find the run."""
 
     def __init__(self, graph: Graph, spec: Ros2Spec) -> None:
-        """Create a door that opens when the graph starts; the graph is that of the run's main process.
+        """Create a bridge that opens when the graph starts; the graph is that of the run's main process.
 
         Raises:
             LaunchError: the environment names no valid domain.
@@ -51,11 +51,11 @@ class DdsDoor(Extension):
         require_cyclonedds()
 
     def surround(self) -> AbstractAsyncContextManager[object]:
-        """The life of the door's process."""
+        """The life of the bridge's process."""
         return self._living()
 
     def on_message(self, message: Mapping[str, Any]) -> None:
-        """Pass on a line of the door's log; called in the thread that reads it."""
+        """Pass on a line of the bridge's log; called in the thread that reads it."""
         with suppress(ValueError):
             self._graph.log.pass_on(record_of(message.get("log"), ""))
 
@@ -83,7 +83,7 @@ class DdsDoor(Extension):
         backoff, clock = Backoff(_LIFE), self._graph.clock
         own = next((each for each in runs() if each.card.pid == os.getpid()), None)
         if own is None:
-            self._log.error("there is no door to DDS: other terminals cannot join this run")
+            self._log.error("there is no bridge to DDS: other terminals cannot join this run")
             return
         while not self._ending:
             since_s = clock.seconds()
@@ -94,7 +94,7 @@ class DdsDoor(Extension):
                 return
             pause_s = backoff.next_s(lived_s=clock.seconds() - since_s, now_s=clock.seconds())
             if pause_s is None or code == ExitCode.USAGE:
-                self._log.error(f"there is no door to DDS any more: it ended with exit code {code}")
+                self._log.error(f"there is no bridge to DDS any more: it ended with exit code {code}")
                 return
-            self._log.error(f"the door to DDS ended with exit code {code}; it opens again in {pause_s:g} s")
+            self._log.error(f"the bridge to DDS ended with exit code {code}; it opens again in {pause_s:g} s")
             await clock.sleep(pause_s)

@@ -9,7 +9,7 @@ import threading
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
-from busflow.dds.names import Channel, DdsName, user_data
+from busflow.dds.names import DdsName, NameUse, user_data
 
 if TYPE_CHECKING:
     from busflow.dds.carried import Carried
@@ -89,7 +89,7 @@ class TopicInlet:
 
     def _read(self, qos: WireQoS) -> Any:
         stated = user_data(typehash=self.type.type_hash)
-        reader = self._participant.reader(DdsName(Channel.TOPIC, self._name), self._carrier, qos, stated)
+        reader = self._participant.reader(DdsName(NameUse.TOPIC, self._name), self._carrier, qos, stated)
         self._intake.add(reader, self._on_samples)
         return reader
 

@@ -1,4 +1,4 @@
-"""KnownTypes: types of what crosses the door, as the run has them, else as this installation does."""
+"""KnownTypes: types of what crosses the bridge, as the run has them, else as this installation does."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class KnownTypes:
             try:
                 self._messages[key] = known_type(self._peer, name, type_hash)
             except BusflowError as error:
-                self._carried.warn(f"{topic} does not cross the door to DDS: {error}")
+                self._carried.warn(f"{topic} does not cross the bridge to DDS: {error}")
                 return None
         return self._messages[key]
 

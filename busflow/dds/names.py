@@ -18,32 +18,32 @@ _MOST_USER_DATA = 4096
 """Bytes of user data that are read; ROS 2 writes about a hundred and fifty."""
 
 
-class Channel(StrEnum):
-    """What a topic of DDS carries; the value is its prefix."""
+class NameUse(StrEnum):
+    """The use of a topic in DDS; the value is its prefix."""
 
     TOPIC = "rt"
     REQUEST = "rq"
     REPLY = "rr"
 
 
-_SUFFIXES = {Channel.TOPIC: "", Channel.REQUEST: "Request", Channel.REPLY: "Reply"}
+_SUFFIXES = {NameUse.TOPIC: "", NameUse.REQUEST: "Request", NameUse.REPLY: "Reply"}
 
 
 @dataclass(frozen=True, slots=True)
 class DdsName:
     """The name of a topic or service of ROS 2, and what its topic in DDS carries."""
 
-    channel: Channel
+    use: NameUse
     name: str
     """The full name of the topic or service, as ROS 2 has it."""
 
     def __str__(self) -> str:
         """Return the name of the topic in DDS.
 
-        >>> str(DdsName(Channel.TOPIC, "/imu/data")), str(DdsName(Channel.REPLY, "/add"))
+        >>> str(DdsName(NameUse.TOPIC, "/imu/data")), str(DdsName(NameUse.REPLY, "/add"))
         ('rt/imu/data', 'rr/addReply')
         """
-        return f"{self.channel}{self.name}{_SUFFIXES[self.channel]}"
+        return f"{self.use}{self.name}{_SUFFIXES[self.use]}"
 
     @classmethod
     def parse(cls, text: str) -> DdsName | None:
@@ -53,16 +53,16 @@ class DdsName:
             MalformedMessage: it has ROS 2's prefix, and no name that ROS 2 would allow.
         """
         prefix, slash, rest = text.partition("/")
-        if prefix not in set(Channel) or not slash:
+        if prefix not in set(NameUse) or not slash:
             return None
-        channel = Channel(prefix)
-        suffix = _SUFFIXES[channel]
+        use = NameUse(prefix)
+        suffix = _SUFFIXES[use]
         if not rest.endswith(suffix):
             return None
         name = f"/{rest.removesuffix(suffix)}"
         if (fault := full_topic_name_fault(name)) is not None:
             raise MalformedMessage(f"{printable(text, limit=100)} is no name of a topic: {fault.message}")
-        return cls(channel, name)
+        return cls(use, name)
 
 
 def type_of(dds_type: str) -> str:

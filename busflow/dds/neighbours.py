@@ -33,7 +33,7 @@ BARE = ListedNode("/", "_CREATED_BY_BARE_DDS_APP_")
 UNKNOWN = ListedNode("/", "_NODE_NAME_UNKNOWN_")
 """ROS 2's name for the node of an endpoint that its participant should have listed."""
 _MOST = 10_000
-"""Endpoints, and participants, that are known at once; who shows more is faulty or malicious."""
+"""Limit of the endpoints, and of the participants, that are known; a domain with more is faulty or malicious."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +124,7 @@ class Neighbours:
         return next(found, None if lists_nodes else BARE)
 
     def list_own(self, nodes: tuple[ListedNode, ...]) -> None:
-        """Tell the neighbours the nodes of this participant, if they have changed."""
+        """List the nodes of this participant for the neighbours, if they have changed."""
         if nodes != self._listed:
             self._listed = nodes
             self._writer.write(self._carrier.of(encode_nodes(self._type, self._own.gid, nodes)))

@@ -1,4 +1,4 @@
-"""Node lists: the messages by which a participant tells the others its nodes, on the topic `ros_discovery_info`.
+"""Node lists: the messages in which a participant lists its nodes, on the topic `ros_discovery_info`.
 
 Source: ros2/rmw_dds_common 3.2, `ParticipantEntitiesInfo.msg` and those within it. Before ROS 2 Iron a gid had 24
 bytes there; such a list is not read.

@@ -13,7 +13,7 @@ import zenoh
 import zenoh.ext
 from cyclonedds.core import DDSException
 
-from busflow.dds.names import Channel, DdsName, user_data
+from busflow.dds.names import DdsName, NameUse, user_data
 from busflow.errors import MalformedMessage
 from busflow.wire.zenoh.keys import Attachment, Token, topic_key
 from busflow.wire.zenoh.qos_text import from_text
@@ -76,7 +76,7 @@ class TopicOutlet:
         """Create the writer of a publisher; return its gid in DDS."""
         qos = from_text(token.qos)
         stated = user_data(typehash=self._type.type_hash)
-        writer = self._participant.writer(DdsName(Channel.TOPIC, self._topic), self._carrier, qos, stated)
+        writer = self._participant.writer(DdsName(NameUse.TOPIC, self._topic), self._carrier, qos, stated)
         self._ways[token.gid] = _Way(writer, qos.depth if qos.latched else 0)
         self.listen(is_read=False)  # so that a publisher that keeps messages is asked for them
         return writer.guid.bytes

@@ -1,4 +1,4 @@
-"""The process of a door: from its options to its end, by a signal or with the run."""
+"""The process of a bridge: from its options to its end, by a signal or with the run."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from busflow.processes.pipe import PipeWriter
 from busflow.wire.zenoh.session import require_zenoh
 
 if TYPE_CHECKING:
-    from busflow.dds.door import Door
+    from busflow.dds.bridge import DdsBridge
     from busflow.wire.zenoh.run_directory import FoundRun
 
 NODE = "dds"
-"""The name under which a door logs."""
+"""The name under which a bridge logs."""
 
 
 def require_cyclonedds() -> None:
@@ -59,26 +59,26 @@ def serve(
     writer = None if pipe is None else PipeWriter(pipe)
     sink = console_sink(sys.stderr, colour=False) if writer is None else writer.log
     log = Log(SystemClock(), sinks=(sink,)).bind(NODE)
-    from busflow.dds.door import Door  # needs cyclonedds
+    from busflow.dds.bridge import DdsBridge  # needs cyclonedds
 
-    door = Door(run, domain, selection, interface=interface, log=log.warning)
+    bridge = DdsBridge(run, domain, selection, interface=interface, log=log.warning)
     try:
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda _number, _frame: door.stop())
+            signal.signal(number, lambda _number, _frame: bridge.stop())
         if pipe is not None:
-            threading.Thread(target=_stop_with_parent, args=(door,), name="busflow.dds.parent", daemon=True).start()
+            threading.Thread(target=_stop_with_parent, args=(bridge,), name="busflow.dds.parent", daemon=True).start()
         where = "on this machine" if interface is None else f"on {interface}"
         log.info("the run and DDS see each other", domain=domain, where=where)
-        door.serve()
+        bridge.serve()
     finally:
-        door.close()
-        log.info("the door to DDS is closed", carried=str(door.carried))
+        bridge.close()
+        log.info("the bridge to DDS is closed", carried=str(bridge.carried))
         if writer is not None:
             writer.close()
 
 
-def _stop_with_parent(door: Door) -> None:
-    """Stop the door at the end of standard input, which shows the end of the process that has started this one."""
+def _stop_with_parent(bridge: DdsBridge) -> None:
+    """Stop the bridge at the end of standard input, which shows the end of the process that has started this one."""
     while os.read(sys.stdin.fileno(), 1024):
         pass
-    door.stop()
+    bridge.stop()

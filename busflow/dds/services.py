@@ -1,12 +1,12 @@
-"""Services: what crosses the door of services, as both sides have them now."""
+"""Services: what crosses the bridge of services, as both sides have them now."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from busflow.dds.calls import DoorParts, NeighbourServer, RunServer
-from busflow.dds.names import Channel
+from busflow.dds.calls import BridgeParts, NeighbourServer, RunServer
+from busflow.dds.names import NameUse
 from busflow.errors import UnknownType
 from busflow.wire.zenoh.keys import Token, TokenKind
 
@@ -21,7 +21,7 @@ _REQUEST = "_Request"
 class Services:
     """The servers of the run that neighbours call, and the servers of neighbours that the run calls."""
 
-    def __init__(self, parts: DoorParts, types: KnownTypes) -> None:
+    def __init__(self, parts: BridgeParts, types: KnownTypes) -> None:
         self._parts, self._types = parts, types
         self._servers: dict[str, RunServer | None] = {}
         """By token of a server of the run; None for one that cannot cross."""
@@ -32,7 +32,7 @@ class Services:
     def update(self, run: Sequence[Token], ends: Sequence[NeighbourEnd]) -> None:
         """Make the servers on both sides those that there are."""
         self._update_servers({str(token): token for token in run if token.kind is TokenKind.SERVICE})
-        asked = [end for end in ends if end.name.channel is Channel.REQUEST and not end.is_writer]
+        asked = [end for end in ends if end.name.use is NameUse.REQUEST and not end.is_writer]
         self._update_neighbours({end.gid: end for end in asked})
 
     def kind_of(self, end: NeighbourEnd) -> ServiceKind | None:
@@ -41,7 +41,7 @@ class Services:
 
     def learn(self, ends: Sequence[NeighbourEnd]) -> None:
         """Look up the services of neighbours' servers that are not known yet, as far as the run or this machine can."""
-        asked = {end.gid: end for end in ends if end.name.channel is Channel.REQUEST and end.type.endswith(_REQUEST)}
+        asked = {end.gid: end for end in ends if end.name.use is NameUse.REQUEST and end.type.endswith(_REQUEST)}
         self._kinds = {gid: kind for gid, kind in self._kinds.items() if gid in asked}
         unknown = [end for gid, end in asked.items() if gid not in self._kinds]
         known = self._types.services(sorted({end.name.name for end in unknown}))
@@ -78,12 +78,12 @@ class Services:
             kind = kinds.get(token.topic) or self._types.installed_service(token.topic, token.type)
             self._servers[text] = None
             if kind is None or kind.hash != token.hash:
-                self._parts.carried.warn(f"{token.topic} does not cross the door to DDS: its type is not known here")
+                self._parts.carried.warn(f"{token.topic} does not cross the bridge to DDS: its type is not known here")
                 continue
             try:
                 self._servers[text] = RunServer(kind, self._parts)
             except UnknownType as error:
-                self._parts.carried.warn(f"{token.topic} does not cross the door to DDS: {error}")
+                self._parts.carried.warn(f"{token.topic} does not cross the bridge to DDS: {error}")
 
     def _update_neighbours(self, wanted: Mapping[bytes, NeighbourEnd]) -> None:
         for gid in self._neighbours.keys() - wanted.keys():

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 ENCLAVE = "/dds"
-"""Marks the tokens of doors: the neighbours of one domain are not shown to those of another."""
+"""Marks the tokens of bridges: the neighbours of one domain are not shown to those of another."""
 
 
 class Shown:

@@ -1,4 +1,4 @@
-"""Topics: what crosses the door of topics, as both sides have them now."""
+"""Topics: what crosses the bridge of topics, as both sides have them now."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from busflow.dds.inlet import TopicInlet
-from busflow.dds.names import Channel
+from busflow.dds.names import NameUse
 from busflow.dds.outlet import TopicOutlet
 from busflow.errors import MalformedMessage, UnknownType
+from busflow.wire.client.offer import misfits
 from busflow.wire.client.speaker import Speaker, speaking
 from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import WireQoS, from_text
@@ -17,7 +18,7 @@ from busflow.wire.zenoh.qos_text import WireQoS, from_text
 if TYPE_CHECKING:
     import zenoh
 
-    from busflow.dds.calls import DoorParts
+    from busflow.dds.calls import BridgeParts
     from busflow.dds.known_types import KnownTypes
     from busflow.dds.neighbours import NeighbourEnd
     from busflow.dds.shown import Shown
@@ -29,10 +30,12 @@ _Key = tuple[str, str, str]
 class Topics:
     """The outlets and inlets of all topics."""
 
-    def __init__(self, parts: DoorParts, types: KnownTypes, shown: Shown) -> None:
+    def __init__(self, parts: BridgeParts, types: KnownTypes, shown: Shown) -> None:
         self._parts, self._types, self._shown = parts, types, shown
         self._outlets: dict[_Key, TopicOutlet] = {}
         self._writers: dict[str, tuple[Token, bytes]] = {}
+        self._compared: set[tuple[str, bytes]] = set()
+        """Publishers of the run and readers of neighbours of which it is known whether they fit."""
         self._inlets: dict[str, TopicInlet] = {}
         self._speakers: dict[bytes, tuple[Token, ExitStack]] = {}
         """By gid of a neighbour's writer, its token and what ends its speaker."""
@@ -40,11 +43,12 @@ class Topics:
 
     def update(self, run: Sequence[Token], ends: Sequence[NeighbourEnd]) -> None:
         """Make outlets and inlets those that the endpoints of the run and of neighbours need."""
-        ends = [end for end in ends if end.name.channel is Channel.TOPIC]
+        ends = [end for end in ends if end.name.use is NameUse.TOPIC]
         self._update_writers({str(token): token for token in run if token.kind is TokenKind.PUBLISHER})
         read = {(end.name.name, end.type) for end in ends if not end.is_writer}
         for (topic, type_name, _), outlet in self._outlets.items():
             outlet.listen(is_read=(topic, type_name) in read)
+        self._warn_of_misfits([end for end in ends if not end.is_writer])
         written = [end for end in ends if end.is_writer]
         self._update_inlets([token for token in run if token.kind is TokenKind.SUBSCRIPTION], written)
         self._update_speakers(written)
@@ -74,9 +78,23 @@ class Topics:
         for _, ending in self._speakers.values():
             ending.close()
 
+    def _warn_of_misfits(self, reading: Sequence[NeighbourEnd]) -> None:
+        """Log which neighbours do not receive a publisher of the run, and why; DDS itself says nothing."""
+        subscriptions = {end.gid: token for end in reading if (token := self._shown.token(end.gid)) is not None}
+        for publisher, _ in self._writers.values():
+            type_ = self._types.message(*_key(publisher))
+            for gid, token in subscriptions.items():
+                pair = str(publisher), gid
+                if token.topic == publisher.topic and type_ is not None and pair not in self._compared:
+                    self._compared.add(pair)
+                    for node, why in misfits(type_, publisher.qos, [token]).items():
+                        text = f"{node} in DDS does not receive {publisher.node_name} on {token.topic}: {why}"
+                        self._parts.carried.warn(text)
+
     def _update_writers(self, wanted: Mapping[str, Token]) -> None:
         for text in self._writers.keys() - wanted.keys():
             token, _ = self._writers.pop(text)
+            self._compared = {pair for pair in self._compared if pair[0] != text}
             outlet = self._outlets[key := _key(token)]
             outlet.remove(token)
             if outlet.is_unused:
@@ -88,7 +106,7 @@ class Topics:
                 if (outlet := self._outlet(token)) is not None:
                     self._writers[text] = token, outlet.add(token)
             except (MalformedMessage, UnknownType) as error:
-                self._parts.carried.warn(f"{token.topic} does not cross the door to DDS: {error}")
+                self._parts.carried.warn(f"{token.topic} does not cross the bridge to DDS: {error}")
 
     def _outlet(self, token: Token) -> TopicOutlet | None:
         key = _key(token)
@@ -134,7 +152,7 @@ class Topics:
                 topic, type_, qos, parts.participant, parts.intake, parts.carriers, parts.carried
             )
         except UnknownType as error:
-            parts.carried.warn(f"{topic} does not cross the door from DDS: {error}")
+            parts.carried.warn(f"{topic} does not cross the bridge from DDS: {error}")
 
     def _update_speakers(self, written: Sequence[NeighbourEnd]) -> None:
         wanted = {end.gid: end for end in written if end.name.name in self._inlets}

@@ -1,4 +1,4 @@
-"""A run, a door and programs of DDS alone, each in a process of its own, in a domain that no other test uses."""
+"""A run, a bridge and programs of DDS alone, each in a process of its own, in a domain that no other test uses."""
 
 import fcntl
 import json
@@ -184,9 +184,9 @@ def own_domain() -> Iterator[int]:
 
 
 class Stage:
-    """A run with its door, and peers in their domain."""
+    """A run with its bridge, and peers in their domain."""
 
-    door: Program
+    bridge: Program
 
     def __init__(self, domain: int, ending: ExitStack, folder: str, command: Sequence[str]) -> None:
         self.domain, self._ending, self._environment = domain, ending, {"BUSFLOW_RUNTIME_DIR": folder}
@@ -200,11 +200,11 @@ class Stage:
         self._ending.callback(started.end, signal.SIGKILL if kind is DdsPeer else signal.SIGINT)
         return started
 
-    def open_door(self, *options: str) -> Program:
-        """Open a door of the run."""
-        door = self.start(Program, "-m", "busflow", "dds", "--run", "robot", "--domain", str(self.domain), *options)
-        door.wait_for("see each other")
-        return door
+    def open_bridge(self, *options: str) -> Program:
+        """Open a bridge of the run."""
+        bridge = self.start(Program, "-m", "busflow", "dds", "--run", "robot", "--domain", str(self.domain), *options)
+        bridge.wait_for("see each other")
+        return bridge
 
     def peer(self, enclave: str = "", *, domain: int | None = None) -> DdsPeer:
         """Start a program of DDS alone."""
@@ -253,10 +253,10 @@ def stage_of() -> Iterator[Callable[..., Stage]]:
 
 @pytest.fixture(scope="module")
 def stage() -> Iterator[Stage]:
-    """A run, its door, and a domain for peers, for all tests of a module."""
+    """A run, its bridge, and a domain for peers, for all tests of a module."""
     with staged("-c", f"{ROBOT}\nimport sys; sys.exit(busflow.run(Driver, inspect='robot'))") as found:
         found.robot.wait_for("ready")
-        found.door = found.open_door()
+        found.bridge = found.open_bridge()
         yield found
 
 

@@ -21,7 +21,7 @@ def all_is_carried_afterwards(stage):
     other.do("write", topic="rt/command", value=9.5)
     before = sum("command 9.5" in line for line in stage.robot.lines)
     stage.robot.wait_for(lambda _: sum("command 9.5" in line for line in stage.robot.lines) > before)
-    assert stage.door.process.poll() is None
+    assert stage.bridge.process.poll() is None
     assert stage.robot.process.poll() is None
 
 
@@ -35,7 +35,7 @@ def test_text_that_is_no_utf8_is_refused(stage, bad):
 def test_other_type_on_a_topic_is_logged(stage, bad):
     bad.do("advertise", topic="rt/camera", kind="Float64")
     bad.do("list_nodes", nodes=[{"name": "bad", "topics": ["rt/camera"]}])
-    line = stage.door.wait_for("/camera")
+    line = stage.bridge.wait_for("/camera")
     assert "/bad in DDS publishes std_msgs/msg/Float64, not sensor_msgs/msg/Image on /camera" in line
 
 
@@ -43,18 +43,18 @@ def test_other_definition_of_a_type_is_logged(stage, bad):
     bad.do("advertise", topic="rt/show", kind="Int64", data=f"typehash={FLOAT64};", latched=True)
     bad.do("list_nodes", nodes=[{"name": "bad", "topics": ["rt/show"]}])
     bad.do("write", topic="rt/show", value=5)
-    assert "publishes another definition of std_msgs/msg/Int64 on /show" in stage.door.wait_for("/show")
+    assert "publishes another definition of std_msgs/msg/Int64 on /show" in stage.bridge.wait_for("/show")
 
 
 @pytest.mark.parametrize("topic", ["rt//a", "rt/1a", "rt/a/"])
 def test_name_that_cannot_be_is_logged(stage, bad, topic):
     bad.do("advertise", topic=topic, kind="Float64")
-    stage.door.wait_for(f"{topic} is no name of a topic")
+    stage.bridge.wait_for(f"{topic} is no name of a topic")
 
 
 def test_node_name_that_cannot_be_is_escaped(stage, bad):
     bad.do("list_nodes", nodes=[{"name": "a\x1b[31m"}])
-    line = stage.door.wait_for("no namespace and name of a node")
+    line = stage.bridge.wait_for("no namespace and name of a node")
     assert "\x1b" not in line
 
 
@@ -79,16 +79,16 @@ def test_log_stays_short_whatever_neighbours_do(stage, bad):
         bad.do("advertise", topic=f"rt/1bad{number}", kind="Float64")
     bad.do("list_nodes", nodes=[{"name": "bad"}])
     stage.until("/bad", "node", "list")
-    assert sum("is no name of a topic" in line for line in stage.door.lines) <= 100
+    assert sum("is no name of a topic" in line for line in stage.bridge.lines) <= 100
 
 
 def test_sockets_receive_from_this_machine_alone(stage):
-    """Where Linux shows it: each socket of the door is bound to the loopback interface."""
+    """Where Linux shows it: each socket of the bridge is bound to the loopback interface."""
     if not Path("/proc/self/net/udp").exists():
         pytest.skip("this system does not list sockets")
     import subprocess
 
     ss = subprocess.run(["ss", "-Hlunp"], capture_output=True, text=True, check=False)  # its rows name the process
-    rows = [line.split()[3] for line in ss.stdout.splitlines() if f"pid={stage.door.process.pid}," in line]
+    rows = [line.split()[3] for line in ss.stdout.splitlines() if f"pid={stage.bridge.process.pid}," in line]
     assert len(rows) >= 3
     assert all(row.startswith(("127.0.0.1:", "0.0.0.0%lo:")) for row in rows), rows

@@ -1,4 +1,4 @@
-"""The tests of `extension`, `process` and `busflow dds`: a door that lives as long as its run, or does not open."""
+"""The tests of `extension` and `process`: a bridge that lives as long as its run, or does not open."""
 
 import os
 import select
@@ -7,18 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from busflow.cli import main
-from busflow.errors import ExitCode
 from tests.dds.conftest import ROBOT
 
 RUN = f"""{ROBOT}
 import asyncio, signal, sys
-from busflow.dds.extension import DdsDoor
+from busflow.dds.extension import BridgeProcess
 from busflow.launchfile.model.ros2 import Ros2Spec
 
 async def main():
     graph = busflow.launch(Driver, inspect="robot")
-    graph.attach(DdsDoor(graph, Ros2Spec(int(sys.argv[1]), topics=("/speed",))))
+    graph.attach(BridgeProcess(graph, Ros2Spec(int(sys.argv[1]), topics=("/speed",))))
     interrupted = asyncio.Event()
     asyncio.get_running_loop().add_signal_handler(signal.SIGINT, interrupted.set)
     async with graph:
@@ -28,8 +26,8 @@ asyncio.run(main())
 """
 
 
-def door_of(process):
-    """The process number of a run's door."""
+def bridge_of(process):
+    """The process number of a run's bridge."""
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     found = [int(pid) for pid in children if b"dds" in Path(f"/proc/{pid}/cmdline").read_bytes().split(bytes(1))]
     assert len(found) == 1
@@ -38,7 +36,7 @@ def door_of(process):
 
 @pytest.fixture
 def attached(stage_of):
-    """A run with a door of its own, from which a peer has received something."""
+    """A run with a bridge of its own, from which a peer has received something."""
     stage = stage_of("-c", RUN, "DOMAIN")
     stage.robot.wait_for("see each other")
     peer = stage.peer()
@@ -47,7 +45,7 @@ def attached(stage_of):
     return stage, peer
 
 
-def test_run_with_a_door_shows_only_what_may_cross(attached):
+def test_run_shows_only_what_may_cross(attached):
     _, peer = attached
     found = [line for line in peer.lines if '"found"' in line and "ros_discovery_info" not in line]
     assert found
@@ -56,10 +54,10 @@ def test_run_with_a_door_shows_only_what_may_cross(attached):
 
 @pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="processes are found where Linux lists them")
-def test_door_that_is_killed_opens_again(attached):
+def test_bridge_that_is_killed_opens_again(attached):
     stage, peer = attached
-    os.kill(door_of(stage.robot.process), signal.SIGKILL)
-    stage.robot.wait_for("the door to DDS ended with exit code -9")
+    os.kill(bridge_of(stage.robot.process), signal.SIGKILL)
+    stage.robot.wait_for("the bridge to DDS ended with exit code -9")
     after = peer.mark()
     peer.said(found="writer", topic="rt/speed", after=after)
     peer.said(got="rt/speed", value=1.5, after=peer.mark())
@@ -67,24 +65,12 @@ def test_door_that_is_killed_opens_again(attached):
 
 @pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="processes are found where Linux lists them")
-def test_door_ends_with_a_killed_run(attached):
+def test_bridge_ends_with_a_killed_run(attached):
     stage, _ = attached
-    door = os.pidfd_open(door_of(stage.robot.process))
+    bridge = os.pidfd_open(bridge_of(stage.robot.process))
     stage.robot.end(signal.SIGKILL)
-    assert select.select([door], [], [], 30)[0]
-    os.close(door)
-
-
-@pytest.mark.parametrize(
-    ("options", "code", "text"),
-    [
-        (["--domain", "233"], ExitCode.USAGE, "233 is not in the range 0<=x<=232"),
-        ([], ExitCode.NOT_FOUND, "nothing is running"),
-    ],
-)
-def test_door_that_cannot_open_says_why(capsys, options, code, text):
-    assert main(["dds", *options]) == code
-    assert text in capsys.readouterr().err
+    assert select.select([bridge], [], [], 30)[0]
+    os.close(bridge)
 
 
 @pytest.mark.parametrize(

@@ -2,22 +2,22 @@
 
 import pytest
 
-from busflow.dds.names import Channel, DdsName, read_user_data, service_end_id, type_of, user_data
+from busflow.dds.names import DdsName, NameUse, read_user_data, service_end_id, type_of, user_data
 from busflow.errors import MalformedMessage
 
 
 @pytest.mark.parametrize(
-    ("channel", "name", "in_dds"),
+    ("use", "name", "in_dds"),
     [
-        (Channel.TOPIC, "/imu/data", "rt/imu/data"),
-        (Channel.REQUEST, "/add_two_ints", "rq/add_two_intsRequest"),
-        (Channel.REPLY, "/left/arm/get_parameters", "rr/left/arm/get_parametersReply"),
-        (Channel.TOPIC, "/move/_action/feedback", "rt/move/_action/feedback"),
+        (NameUse.TOPIC, "/imu/data", "rt/imu/data"),
+        (NameUse.REQUEST, "/add_two_ints", "rq/add_two_intsRequest"),
+        (NameUse.REPLY, "/left/arm/get_parameters", "rr/left/arm/get_parametersReply"),
+        (NameUse.TOPIC, "/move/_action/feedback", "rt/move/_action/feedback"),
     ],
 )
-def test_name_is_ros2s_in_both_directions(channel, name, in_dds):
-    assert str(DdsName(channel, name)) == in_dds
-    assert DdsName.parse(in_dds) == DdsName(channel, name)
+def test_name_is_ros2s_in_both_directions(use, name, in_dds):
+    assert str(DdsName(use, name)) == in_dds
+    assert DdsName.parse(in_dds) == DdsName(use, name)
 
 
 @pytest.mark.parametrize("text", ["ros_discovery_info", "imu", "DCPSTopic", "rs/x", "rq/x", "rr/xRequest", "rt"])

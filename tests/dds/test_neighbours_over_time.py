@@ -31,19 +31,19 @@ def test_killed_neighbour_is_gone_and_comes_again(stage):
         stage.robot.wait_for(f"command {value}")
         peer.end(signal.SIGKILL)
         stage.until_not("/restless", "node", "list")
-    assert stage.door.process.poll() is None
+    assert stage.bridge.process.poll() is None
 
 
-def test_killed_door_opens_again_by_hand(stage):
-    stage.door.end(signal.SIGKILL)
-    stage.open_door()
+def test_killed_bridge_opens_again_by_hand(stage):
+    stage.bridge.end(signal.SIGKILL)
+    stage.open_bridge()
     peer = stage.peer()
     peer.do("read", topic="rt/speed", kind="Float64")
     peer.said(got="rt/speed", value=1.5)
 
 
 def test_two_domains_at_once_do_not_mix(stage, other_domain):
-    door = stage.open_door("--domain", str(other_domain), "--topics", "/speed", "--topics", "/command")
+    bridge = stage.open_bridge("--domain", str(other_domain), "--topics", "/speed", "--topics", "/command")
     here, there = stage.peer(), stage.peer(domain=other_domain)
     for peer, value in ((here, 7.25), (there, 7.5)):
         peer.do("read", topic="rt/speed", kind="Float64")
@@ -54,7 +54,7 @@ def test_two_domains_at_once_do_not_mix(stage, other_domain):
     found = [line for line in there.lines if '"found": "writer", "topic": "rt/' in line]
     assert found
     assert all("rt/speed" in line for line in found)
-    door.end()
+    bridge.end()
 
 
 def test_twenty_neighbours_are_all_received(stage):

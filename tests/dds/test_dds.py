@@ -1,4 +1,9 @@
-"""The tests of the door as a whole: `door`, `topics`, `services`, `shown`, `neighbours`, `outlet`, `inlet`, `calls`."""
+"""Tests of the bridge as a whole, between a run and a program of DDS alone.
+
+They are those of `bridge.py`, `topics.py`, `services.py`, `calls.py`, `shown.py`, `neighbours.py`, `outlet.py`,
+`inlet.py`, `participant.py` and `carried.py`. Those of `process.py` are in `test_extension.py`, those of
+`known_types.py` in `test_idl.py`.
+"""
 
 import pytest
 
@@ -10,7 +15,7 @@ def bare(stage):
     return stage.peer()
 
 
-def test_publisher_of_the_run_has_ros2s_names_in_dds(bare):
+def test_publisher_has_ros2s_names_in_dds(bare):
     found = bare.said(found="writer", topic="rt/speed")
     assert found["type"] == "std_msgs::msg::dds_::Float64_"
     assert found["data"] == f"typehash={FLOAT64};"
@@ -37,8 +42,8 @@ def test_late_reader_in_dds_gets_what_is_kept(bare):
 
 def test_run_gets_what_a_writer_keeps(stage, bare):
     bare.do("advertise", topic="rt/goal", kind="String", latched=True, depth=1)
-    bare.do("write", topic="rt/goal", value="door")
-    stage.robot.wait_for("goal door")
+    bare.do("write", topic="rt/goal", value="bridge")
+    stage.robot.wait_for("goal bridge")
 
 
 def test_no_message_is_lost_or_doubled(stage, bare):
@@ -50,6 +55,12 @@ def test_no_message_is_lost_or_doubled(stage, bare):
         "199",
         "299",
     ]
+
+
+def test_incompatible_qos_is_logged_with_its_reason(stage, bare):
+    bare.do("read", topic="rt/speed", kind="Float64", latched=True)
+    line = stage.bridge.wait_for("does not receive /driver on /speed")
+    assert "transient" in line.lower()
 
 
 def test_nodes_of_the_run_are_listed_in_dds(bare):
@@ -95,7 +106,7 @@ def test_run_calls_a_server_of_a_neighbour(stage, bare):
     stage.robot.wait_for("answer 42")
 
 
-def test_writer_that_nobody_lists_is_received(stage):
+def test_writer_in_no_list_is_received(stage):
     """ROS 2 lists nodes; before Iron in another form, which is not read."""
     peer = stage.peer("enclave=/;")
     peer.do("advertise", topic="rt/command", kind="Float64", latched=True)

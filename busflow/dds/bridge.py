@@ -1,8 +1,8 @@
-"""Door: joins a run and a DDS domain, and carries between them what its patterns allow.
+"""DdsBridge: joins a run and a DDS domain, and carries between them what its patterns allow.
 
-The door looks at both sides whenever one of them has changed, and makes what it has the same as what there should be: a
-writer for each publisher of the run, a reader for each topic that the run receives, a token in the run for each node
-and endpoint of a neighbour. Messages do not wait for that: they are carried in the threads in which they arrive.
+The bridge looks at both sides whenever one of them has changed, and makes what it has the same as what there should
+be: a writer for each publisher of the run, a reader for each topic that the run receives, a token in the run for each
+node and endpoint of a neighbour. Messages do not wait for that: they are carried in the threads in which they arrive.
 """
 
 # The stubs of zenoh leave out what many of its functions return.
@@ -19,11 +19,11 @@ import zenoh
 
 from busflow.actions.names import action_of
 from busflow.clock import SystemClock
-from busflow.dds.calls import DoorParts
+from busflow.dds.calls import BridgeParts
 from busflow.dds.carried import Carried
 from busflow.dds.idl import Carriers
 from busflow.dds.known_types import KnownTypes
-from busflow.dds.names import Channel
+from busflow.dds.names import NameUse
 from busflow.dds.neighbours import UNKNOWN, NeighbourEnd, Neighbours
 from busflow.dds.node_lists import ListedNode
 from busflow.dds.participant import Intake, Participant
@@ -64,8 +64,8 @@ class _AsProcess(FoundRun):
         return any(each.directory == self.directory and each.card == self.card for each in runs())
 
 
-class Door:
-    """A door between a run and a DDS domain."""
+class DdsBridge:
+    """A bridge between a run and a DDS domain."""
 
     def __init__(
         self,
@@ -99,6 +99,8 @@ class Door:
         """By gid of an endpoint that no list of nodes has, though it will, when it came."""
         carriers = Carriers()
         participant = Participant(domain, interface)
+        if not participant.is_confined:
+            self.carried.warn("other machines can send to the sockets of DDS: this system cannot keep them out")
         self._peer = Peer(_AsProcess.of(run, domain))
         self._shown = Shown(self._peer.session, self._peer.domain)
         self._sender = SenderThread("busflow.dds.calls", on_error=self._on_error)
@@ -106,7 +108,8 @@ class Door:
             Intake(participant, f"busflow.dds.{what}", on_error=self._on_error) for what in ("topics", "services")
         ]
         parts, calls = (
-            DoorParts(self._peer, participant, intake, carriers, self.carried, self._sender) for intake in self._intakes
+            BridgeParts(self._peer, participant, intake, carriers, self.carried, self._sender)
+            for intake in self._intakes
         )
         types = KnownTypes(self._peer, self.carried)
         self._topics, self._services = Topics(parts, types, self._shown), Services(calls, types)
@@ -164,7 +167,7 @@ class Door:
         self.carried.warn(f"{type(error).__name__}: {error}")
 
     def _update(self) -> None:
-        """Make what the door has the same as what there should be."""
+        """Make what the bridge has the same as what there should be."""
         tokens = list(self._tokens.values())
         run = [token for token in tokens if token.topic and self._allows(token.topic)]
         ends = [end for end in self._neighbours.ends if self._allows(end.name.name)]
@@ -186,10 +189,10 @@ class Door:
         for end in ends:
             if (node := nodes_of.get(end.gid)) is None:
                 continue
-            if end.name.channel is Channel.TOPIC:
+            if end.name.use is NameUse.TOPIC:
                 kind = TokenKind.PUBLISHER if end.is_writer else TokenKind.SUBSCRIPTION
                 found[end.gid] = kind, end, node, end.type, end.hash or hashes.get((end.name.name, end.type), "")
-            elif end.name.channel is Channel.REQUEST:
+            elif end.name.use is NameUse.REQUEST:
                 kind = TokenKind.CLIENT if end.is_writer else TokenKind.SERVICE
                 service = self._services.kind_of(end)
                 type_name = end.type.removesuffix("_Request")
