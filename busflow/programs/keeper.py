@@ -41,9 +41,9 @@ class Keeper:
         self._linux: ctypes.CDLL | None = ctypes.CDLL(None) if sys.platform == "linux" else None
         self._signals = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
         """Signals that the program has not got yet."""
-        self._program: subprocess.Popen[bytes] | None = None
-        self._stopping = False
-        self._given_up = False
+        self._is_to_stop = False
+        self._is_due = False
+        """Whether the time for the next signal has come."""
         self._code: int | None = None
 
     def run(self) -> None:
@@ -65,10 +65,7 @@ class Keeper:
         except (OSError, ValueError) as error:
             self._say(failed=getattr(error, "strerror", None) or str(error))
             return
-        self._program = program
         self._say(pid=program.pid)
-        if self._stopping:  # a signal has come meanwhile
-            self._step(program)
         self._wait(program)
         self._say(code=self._code, killed=not self._signals)
 
@@ -76,16 +73,15 @@ class Keeper:
         """Stop the program at a signal. A program whose keeper handles SIGINT cannot ignore it from its start."""
 
         def stop(_number: int, _frame: FrameType | None) -> None:
-            self._stop()
+            self._is_to_stop = True
 
-        def step(_number: int, _frame: FrameType | None) -> None:
-            if self._program is not None:
-                self._step(self._program)
+        def be_due(_number: int, _frame: FrameType | None) -> None:
+            self._is_due = True
 
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, stop)
-        signal.signal(signal.SIGALRM, step)
-        signal.signal(signal.SIGCHLD, _heed)
+        signal.signal(signal.SIGALRM, be_due)
+        signal.signal(signal.SIGCHLD, _wake_only)
         signal.set_wakeup_fd(self._wake, warn_on_full_buffer=False)
 
     def _die_with_keeper(self) -> None:
@@ -93,18 +89,23 @@ class Keeper:
             self._linux.prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL, 0, 0, 0)
 
     def _wait(self, program: subprocess.Popen[bytes]) -> None:
-        """Reap what ends, until nothing is left or what is left cannot be killed."""
+        """Reap what ends, and send the signals that are due, until nothing is left or what is left cannot be killed."""
         readers = [0, self._woken]
-        while self._is_anything_left(program) and not self._given_up:
-            if self._code is not None:
-                self._stop()  # what the program has left behind
+        is_stopping = False
+        while self._is_anything_left(program):
+            # When the program has ended, what it has left behind is stopped.
+            if self._is_due or (not is_stopping and (self._is_to_stop or self._code is not None)):
+                if not self._signals:
+                    return
+                is_stopping, self._is_due = True, False
+                self._send(program, self._signals.pop(0))
             ready, _, _ = select.select(readers, [], [])
             if self._woken in ready:
                 os.read(self._woken, 4096)
             if 0 in ready:
+                self._is_to_stop = True
                 if not os.read(0, 4096):  # the run is gone
                     readers.remove(0)
-                self._stop()
 
     def _is_anything_left(self, program: subprocess.Popen[bytes]) -> bool:
         """Reap all that have ended; return whether a process of the program is left."""
@@ -118,18 +119,8 @@ class Keeper:
             if pid == program.pid:
                 self._code = program.returncode = os.waitstatus_to_exitcode(status)
 
-    def _stop(self) -> None:
-        if not self._stopping:
-            self._stopping = True
-            if self._program is not None:
-                self._step(self._program)
-
-    def _step(self, program: subprocess.Popen[bytes]) -> None:
-        """Send the next signal, and have the one after it follow."""
-        if not self._signals:
-            self._given_up = True
-            return
-        number = self._signals.pop(0)
+    def _send(self, program: subprocess.Popen[bytes], number: signal.Signals) -> None:
+        """Send a signal, and set the time of the next one."""
         with contextlib.suppress(OSError):  # nothing is left in the group, or it runs as another user
             os.killpg(program.pid, number)
         for pid in _descendants(os.getpid()) if number is not signal.SIGINT else ():
@@ -142,7 +133,7 @@ class Keeper:
             os.write(self._report, json.dumps(values).encode() + b"\n")
 
 
-def _heed(_number: int, _frame: FrameType | None) -> None:
+def _wake_only(_number: int, _frame: FrameType | None) -> None:
     """A handler, so that the signal wakes the keeper."""
 
 

@@ -38,7 +38,7 @@ class Output:
         """Log from now on, now that the log says that the program is started; first what it has printed already."""
         early, self._early = self._early or (), None
         for line in early:
-            self._log.info(line)
+            self._take(line)
 
     def write(self, line: str) -> None:
         """Log a line, unless too many have come in this second."""
@@ -47,14 +47,18 @@ class Output:
         self._in_second += 1
         if self._in_second > LINES_PER_SECOND:
             self.left_out += 1
-        elif self._early is not None:
-            self._early.append(line.rstrip("\r"))
-        else:
+        if self._early is None:
+            self._take(line, is_logged=self._in_second <= LINES_PER_SECOND)
+        elif self._in_second <= LINES_PER_SECOND:
+            self._early.append(line)
+        if self._in_second > LINES_PER_SECOND * _HELD_UP:
+            self._wait.wait(max(0.0, self._since_s + 1.0 - perf_counter()))
+
+    def _take(self, line: str, *, is_logged: bool = True) -> None:
+        if is_logged:
             self._log.info(line.rstrip("\r"))
         if self._ready is not None and self._ready in line:
             self._on_ready()  # after the line is in the log, before what follows from it
-        if self._in_second > LINES_PER_SECOND * _HELD_UP:
-            self._wait.wait(max(0.0, self._since_s + 1.0 - perf_counter()))
 
     def finish(self) -> None:
         """Say what was left out last; another life of the program may follow."""

@@ -27,7 +27,25 @@ class Quick(Node):
 
     async def stop(self) -> None:
         self.log.info("node stops")
-"""
+""",
+    "watcher": """
+import os
+import select
+
+from busflow import Node
+
+
+class Watcher(Node):
+    async def stop(self) -> None:
+        self.log.info(await self.run_sync(self.look))
+
+    def look(self) -> str:
+        with open("driver.pid") as file:
+            program = os.pidfd_open(int(file.read()))
+        ended, _, _ = select.select([program], [], [], 0.3)
+        os.close(program)
+        return "the driver has gone" if ended else "the driver is still there"
+""",
 }
 
 

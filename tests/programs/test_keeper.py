@@ -68,7 +68,7 @@ class Kept:
 def keep(tmp_path: Path) -> Iterator[Any]:
     started: list[Kept] = []
 
-    def keep(*command: str, grace_s: float = PATIENCE_S, ignoring: bool = False) -> Kept:
+    def keep(*command: str, grace_s: float = 600.0, ignoring: bool = False) -> Kept:
         started.append(Kept(command, tmp_path, grace_s=grace_s, ignoring=ignoring))
         return started[-1]
 

@@ -6,6 +6,7 @@ import signal
 import pytest
 
 from busflow.errors import DependencyEnded, ExitCode, NodeFailed, ProgramFailed
+from tests.processes.conftest import PATIENCE_S, ended
 
 FAST = "restart: {policy: on-failure, backoff: [10ms, 10ms], max: 2}"
 
@@ -97,18 +98,33 @@ programs: {{driver: {{ready: go on, {shell("echo wait; echo go on now; exec slee
     assert lines.index("go on now") < lines.index("node starts") < lines.index("node stops")
 
 
-def test_program_stops_after_node_that_needs_it(launched):
+def test_program_stops_after_node_that_needs_it(launched, project, monkeypatch):
     async def act(run):
-        await run.log.wait_for("node starts")
+        await run.log.wait_for("ready")
 
-    loop = shell("trap 'echo stopped; exit' INT; echo ready; while true; do sleep 0.01; done")
+    monkeypatch.chdir(project)
     text = f"""
 plugins: [plugins]
-nodes: {{quick: {{plugin: quick, depends_on: {{driver: ready}}}}}}
-programs: {{driver: {{ready: ready, {loop}}}}}
+nodes: {{watcher: {{plugin: watcher, depends_on: {{driver: ready}}}}}}
+programs: {{driver: {{ready: ready, {shell("echo $$ > driver.pid; echo ready; exec sleep 600")}}}}}
 """
-    lines = launched(text, act).log.texts("/driver", "/quick")
-    assert lines.index("node stops") < lines.index("stopped")
+    run = launched(text, act)
+    assert run.log.texts("/watcher") == ["the driver is still there"]
+    assert run.account("/driver").exit_codes == (-signal.SIGINT,)
+
+
+def test_program_stops_after_program_that_needs_it(launched):
+    async def act(run):
+        await run.log.wait_for("viewer on")
+
+    loop = "trap 'echo {0} stopped; exit' INT; echo {0} on; while true; do sleep 0.01; done"
+    text = f"""
+programs:
+  driver: {{ready: driver on, {shell(loop.format("driver"))}}}
+  viewer: {{depends_on: {{driver: ready}}, {shell(loop.format("viewer"))}}}
+"""
+    lines = launched(text, act).log.texts("/driver", "/viewer")
+    assert [each for each in lines if "stopped" in each] == ["viewer stopped", "driver stopped"]
 
 
 def test_programs_wait_for_nodes_and_each_other(launched):
@@ -146,12 +162,17 @@ def test_stubborn_program_is_killed_and_named(launched):
         launched(f"programs: {{driver: {{grace: 50ms, {loop}}}}}", act)
 
 
-def test_killed_keeper_is_failure_of_program(launched):
+def test_killed_keeper_is_failure_of_whole_program(launched):
+    children = []
+
     async def act(run):
-        await run.log.wait_for("on")
+        await run.log.wait_for("child ")
+        children.extend(int(text.split()[1]) for text in run.log.texts("/driver") if text.startswith("child "))
         (extension,) = [each for each in run.graph.extensions if hasattr(each, "programs")]
         os.kill(extension.programs[0]._child.pid, signal.SIGKILL)
         await run.graph.wait()
 
+    text = "sh -c 'echo child $$; exec sleep 600' & exec sleep 600"
     with pytest.raises(ProgramFailed, match="/driver was killed, since its keeper has ended"):
-        launched(f"programs: {{driver: {{{shell('echo on; exec sleep 600')}}}}}", act)
+        launched(f"programs: {{driver: {{{shell(text)}}}}}", act)
+    assert ended(children, PATIENCE_S)
