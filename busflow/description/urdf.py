@@ -20,7 +20,11 @@ from busflow.errors import LaunchError, NoSuchTarget, Problem
 from busflow.frames.rigid import Rigid, Vector, from_rpy
 from busflow.text import did_you_mean, printable, quoted
 
+MOST_PARTS = 1000
+"""The most links, and joints; a humanoid with two hands has some hundred."""
 MOST_PROBLEMS = 100
+MOST_MIMICS = 32
+"""The most joints over which one mimics another."""
 _LIMITED = {JointKind.REVOLUTE, JointKind.PRISMATIC}
 """The kinds that need limits."""
 _REMOTE = ("http://", "https://")
@@ -98,6 +102,10 @@ class _Reader:
         found: dict[str, Element] = {}
         for each in root.all(tag):
             name = each.attributes.get("name", "")
+            if len(found) == MOST_PARTS:
+                fix = "let each robot have a file and a robot_state_publisher of its own"
+                self._report("too-many", f"there are more than {MOST_PARTS} {tag}s", fix, each)
+                break
             if not name:
                 self._report("missing-name", f"this {tag} has no name", f'write <{tag} name="…">', each)
             elif name in found:
@@ -231,6 +239,10 @@ class _Reader:
                 if len(way) == 1:  # else it is that joint's problem
                     self._report_source(source, joints, mimic)
                 return joint
+            if len(way) == MOST_MIMICS:
+                message = f"the joint {quoted(joint.name)} mimics others over more than {MOST_MIMICS} joints"
+                self._report("mimic-loop", message, "name the joint that moves", stated[joint.name], "joint")
+                return joint
             way.append(source)
         return replace(joint, source=way[-1], multiplier=multiplier, offset=offset)
 
@@ -296,5 +308,7 @@ class _Reader:
 
     def _report(self, code: str, message: str, fix: str | None, element: Element, attribute: str | None = None) -> None:
         problem = Problem(code, message, fix, self._file.place(element, attribute))
-        if len(self.problems) < MOST_PROBLEMS and problem not in self.problems:
+        if problem not in self.problems:
             self.problems.append(problem)
+        if len(self.problems) == MOST_PROBLEMS:  # more do not help, and a hostile file has thousands
+            raise LaunchError(self.problems)

@@ -9,7 +9,7 @@ import pytest
 from busflow import Graph
 from busflow.description.packages import package_file
 from busflow.description.robot import JointKind
-from busflow.description.urdf import MOST_PROBLEMS, read_robot
+from busflow.description.urdf import MOST_MIMICS, MOST_PARTS, MOST_PROBLEMS, read_robot
 from busflow.description.xml_file import MOST_BYTES, MOST_DEPTH
 from busflow.errors import LaunchError, NoSuchTarget, Problem
 from busflow.launchfile.load.load import load
@@ -120,6 +120,25 @@ BROKEN: dict[str, tuple[str, str, str]] = {
         "joints mimic each other: elbow → wrist → elbow",
         "leave one out",
     ),
+    "a chain of mimics": (
+        robot(
+            joint(name="j0", ends="l0 l1"),
+            *(
+                joint(
+                    f'<mimic joint="{"@" if n == MOST_MIMICS else ""}j{n - 1}"/>', name=f"j{n}", ends=f"l{n} l{n + 1}"
+                )
+                for n in range(1, MOST_MIMICS + 1)
+            ),
+            links=" ".join(f"l{n}" for n in range(MOST_MIMICS + 2)),
+        ),
+        "'j32' mimics others over more than 32 joints",
+        "name the joint that moves",
+    ),
+    "too many links": (
+        robot(*(f'<link name="l{n}"/>' for n in range(MOST_PARTS)), '<@link name="more"/>', links=""),
+        "more than 1000 links",
+        "a file",
+    ),
     "a mesh that is not there": (
         robot(joint(), WRIST, MESH.format("@package://lab/forearm.stl")),
         "no file 'forearm.stl' in the package lab",
@@ -219,6 +238,12 @@ def test_what_simulators_read_is_left_alone(folder: Path):
     )
     text = robot(joint(), WRIST, transmission, '<gazebo reference="arm"><link name="arm"/></gazebo>')
     assert problems(folder, text.replace("'r'", "'r' xmlns:xacro='http://www.ros.org/wiki/xacro'")) == []
+
+
+def test_web_address_and_whole_path_will_do(folder: Path):
+    meshes = ["https://example.org/arm.stl", f"file://{folder}/meshes/arm.stl", "package://lab/arm.stl"]
+    parts = [MESH.format(mesh).replace("extra", f"extra{number}") for number, mesh in enumerate(meshes)]
+    assert problems(folder, robot(joint(), WRIST, *parts)) == []
 
 
 def test_robot_is_read_with_its_tree_and_axes(folder: Path):
