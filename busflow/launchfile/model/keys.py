@@ -492,28 +492,8 @@ class LaunchKeys(ProfileKeys):
 
 
 ORDER = (
-    *(
-        "busflow",
-        "name",
-        "plugins",
-        "interfaces",
-        "args",
-        "env",
-        "profile",
-        "profiles",
-        "qos",
-        "defaults",
-        "topics",
-        "nodes",
-        "programs",
-        "groups",
-        "processes",
-        "machines",
-        "network",
-        "include",
-        "packages",
-        "frames",
-    ),
+    *("busflow", "name", "plugins", "interfaces", "args", "env", "profile", "profiles", "qos", "defaults", "topics"),
+    *("nodes", "programs", "groups", "processes", "machines", "network", "include", "packages", "frames"),
     *("namespace", "clock", "seed", "record", "expect", "shutdown"),
 )
 """Keys of a launch file in the order in which a person would write them."""
