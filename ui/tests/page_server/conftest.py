@@ -8,6 +8,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -54,12 +55,13 @@ class Page:
         return found
 
     def until(self, holds: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
-        """Receive until a frame is so."""
-        for _ in range(20_000):
+        """Receive until a frame is so, for as long as patience lasts: others may come for ever."""
+        end_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end_s:
             found = self.receive()
             if holds(found):
                 return found
-        raise AssertionError("it never came")
+        raise AssertionError(f"it did not come within {PATIENCE_S:g} s")
 
     def ask(self, question: str, /, **arguments: Any) -> dict[str, Any]:
         """Ask, and return the whole answer."""
