@@ -40,7 +40,7 @@ _SHOWN_BY = {
         rf"\bafter (how many|what) (time|{_TIMES})\b",
         r"\bhow much time\b",
     ),
-    AnswerKind.COUNT: either(r"\bhow (many|much)\b", r"\bnumber of\b"),
+    AnswerKind.COUNT: either(r"\bhow (many|much)\b", r"(^|\b(the|what|which|m(ax|in)\w*|highest|lowest) )number of\b"),
     AnswerKind.AMOUNT: either(
         rf"\bhow ({_SIZES})\b", r"\b(maximum|minimum|biggest|largest|smallest|highest|lowest|max|min)\b"
     ),
@@ -68,9 +68,11 @@ _SHOWN_BY = {
     ),
     AnswerKind.DIFFERENCE: either(r"\bdiffer", r"\bcompared? (to|with)\b", r"\bversus\b", r"\bvs\b"),
 }
+_VERBS = "is|are|was|were|be|do|does|did|has|have|had|can|could|may|must|should|will|would|happens?|of|in|on|the|a"
 _LIST = either(
     r"^(please )?(list|name|enumerate|give me (a list|all))\b",
-    r"\b(what|which)( \w+){0,2} (\w*[^\Wsui]s|people|criteria)\b(?! (is|the|does)\b)",
+    rf"\b(what|which)( (?!({_VERBS})\b)\w+){{0,2}} (\w*[^\Wsui]s|people|criteria)\b(?! (is|the|does)\b)",
+    r"\bwhat (are|were) (the |all )?(\w+ ){0,2}?\w*[^\Wsui]s\b",
     r"\ball (the|of|its)\b",
     r"\bin (which|what) cases\b",
     r"\bas what\b",
@@ -91,6 +93,8 @@ def answer_kinds(question: str) -> frozenset[AnswerKind]:
     wanted = {kind for kind, pattern in _SHOWN_BY.items() if pattern.search(text)}
     if _LIST.search(text) and not _NO_LIST.search(text):
         wanted.add(AnswerKind.LIST)
+    if AnswerKind.DURATION in wanted:
+        wanted -= {AnswerKind.COUNT}  # how much time, how many seconds
     if AnswerKind.METHOD in wanted and not _EXPLICIT.search(text):
         wanted -= {AnswerKind.RATE, AnswerKind.DURATION, AnswerKind.AMOUNT}  # how to set a rate asks for no rate
     return frozenset(wanted)

@@ -3,35 +3,36 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 
 from busflow_assistant.answer import Citation
 from busflow_assistant.answer_kinds import AnswerKind
 from busflow_assistant.matching import Matched
 from busflow_assistant.passages import Extent, PassageShape
 from busflow_assistant.question import AskedQuestion
-from busflow_assistant.rank import Ranked
-from busflow_assistant.read import LONGEST, alike, body, lists
+from busflow_assistant.rank import LONGEST, Ranked, units_of
+from busflow_assistant.read import alike, body
 from busflow_assistant.search_index import Citable, SearchIndex
 
 MOST = 3
 """Citations of an answer."""
-CLOSE = 0.75
-"""The least score of a further citation, as a share of the best one's."""
-COMPLEMENT = 0.4
+CLOSE = 2.0
+"""How much lower the score of a further citation may be than the best one's."""
+COMPLEMENT = 5.0
 """The same of a citation that has a part of the question which those before have not."""
 GOOD_PART = 0.2
 SURE = 0.65
 """How well a term has to be matched to count as answered."""
-RELATED = 0.55
-"""The least score of a sentence that is cited with the one before it, as a share of that one's."""
+WORDS = 45
+"""Words of a citation up to which the sentences beside it belong to it: a sentence by itself is often no answer."""
+LED_TO = 800
+"""Characters of the longest list or block of code that is cited with the sentence that leads to it."""
 _REFERS = re.compile(
     r"^\W*(?:It|Its|They|Their|Them|This|That|These|Those|Such|So|Then|Otherwise|Both|Here|Therefore|One)\b"
     r"|^The (?:method|other)\b"
     r"|\b(?:is|are) then\b"
 )
 """How a sentence begins that goes on with what the one before says."""
-_CONTINUES = {AnswerKind.REASON, AnswerKind.METHOD, AnswerKind.FUNCTION, AnswerKind.DIFFERENCE}
 
 
 def composed(
@@ -42,15 +43,16 @@ def composed(
     scope: Container[int],
 ) -> tuple[Citation, ...]:
     """Return the citations of an answer, the best first."""
+    best = ranked[0].score
     groups: list[tuple[float, Sequence[Citable]]] = []
     covered: frozenset[str] = frozenset()
-    for score, group in _groups(question, matched, index, ranked, scope):
-        if len(groups) == MOST or (groups and score < COMPLEMENT * groups[0][0]):
+    for each, group in _groups(question, index, ranked, scope):
+        if len(groups) == MOST or each.score < best - COMPLEMENT:
             break
         words = _covers(matched, group)
-        close = not groups or score >= CLOSE * groups[0][0] or _adds(matched, words - covered)
+        close = not groups or each.score >= best - CLOSE or _adds(matched, words - covered)
         if close and not any(unit in other for _, other in groups for unit in group):
-            groups.append((score, group))
+            groups.append((each.score, group))
             covered |= words
     return tuple(cited(score, group) for score, group in groups)
 
@@ -69,43 +71,67 @@ def _adds(matched: Sequence[Matched], words: frozenset[str]) -> bool:
 
 
 def _groups(
-    question: AskedQuestion,
-    matched: Sequence[Matched],
-    index: SearchIndex,
-    ranked: Sequence[Ranked],
-    scope: Container[int],
-) -> Iterator[tuple[float, Sequence[Citable]]]:
-    whole = lists(question, matched, index, ranked, scope) if AnswerKind.LIST in question.wanted else []
+    question: AskedQuestion, index: SearchIndex, ranked: Sequence[Ranked], scope: Container[int]
+) -> Iterator[tuple[Ranked, Sequence[Citable]]]:
+    """The units of each citation that there may be, the best first."""
     best = ranked[0]
-    if whole and whole[0].score >= best.score:
-        yield whole[0].score, whole[0].units
-    elif AnswerKind.LIST in question.wanted and best.unit.passage.shape is PassageShape.CODE:
+    if AnswerKind.LIST in question.wanted and best.unit.passage.shape is PassageShape.CODE:
         lines = alike(best, question, ranked)
         if lines[-1].span.end - lines[0].span.start <= LONGEST:
-            yield best.score, lines
-    scores = {each.unit.number: each.score for each in ranked}
+            yield best, lines
     for each in ranked:
-        yield each.score, _with_neighbours(each.unit, question, index, scores, scope)
+        if each.unit.whole:
+            yield each, _led_to(index, units_of(index, each.unit, scope), scope)
+        else:
+            yield each, _leads_on(question, index, _with_neighbours(each.unit, question, index, scope), scope)
+
+
+def _led_to(index: SearchIndex, units: list[Citable], scope: Container[int]) -> list[Citable]:
+    """A list with the sentence that leads to it."""
+    before = units[0].number - 1
+    if before in scope and index.units[before].text.endswith(":") and index.units[before].page is units[0].page:
+        return [index.units[before], *units]
+    return units
+
+
+def _leads_on(
+    question: AskedQuestion, index: SearchIndex, group: list[Citable], scope: Container[int]
+) -> list[Citable]:
+    """Sentences with the short list or code that they lead to."""
+    after = group[-1].number + 1
+    if after not in scope or index.units[after].page is not group[-1].page:
+        return group
+    units = units_of(index, index.units[after], scope)
+    shape, size = units[0].passage.shape, units[-1].span.end - units[0].span.start
+    if units[0].passage is group[-1].passage or size > LED_TO or group[-1].passage.shape is not PassageShape.PROSE:
+        return group
+    leads = group[-1].text.endswith(":") and shape is not PassageShape.PROSE
+    lists = AnswerKind.LIST in question.wanted and shape in {PassageShape.LIST, PassageShape.TABLE}
+    return [*group, *units] if (leads or lists) and shape is not PassageShape.HEADING else group
 
 
 def _with_neighbours(
-    unit: Citable, question: AskedQuestion, index: SearchIndex, scores: Mapping[int, float], scope: Container[int]
+    unit: Citable, question: AskedQuestion, index: SearchIndex, scope: Container[int]
 ) -> list[Citable]:
-    """A sentence with the one before that it refers to, and the one after that goes on with it."""
-    group = [unit]
+    """A sentence with the one before that it refers to, and with those beside it as long as all are few words."""
     if unit.passage.shape is PassageShape.CODE:
         return [unit, *body(index, unit, command=AnswerKind.METHOD not in question.wanted)]
+    group = [unit]
     if unit.passage.shape is PassageShape.TABLE:
         return group
     before, after = unit.number - 1, unit.number + 1
     if before in scope and _goes_on(index, before, unit.number) and _REFERS.search(unit.text):
         group.insert(0, index.units[before])
-    if after in scope and _goes_on(index, unit.number, after):
-        follows = index.units[after]
-        related = scores.get(after, 0.0) >= RELATED * scores.get(unit.number, 1.0)
-        if _REFERS.match(follows.text) or related or question.wanted & _CONTINUES:
-            group.append(follows)
+    if after in scope and _goes_on(index, unit.number, after) and _few([*group, index.units[after]]):
+        group.append(index.units[after])
+    first = group[0].number
+    if first - 1 in scope and _goes_on(index, first - 1, first) and _few([index.units[first - 1], *group]):
+        group.insert(0, index.units[first - 1])
     return group
+
+
+def _few(group: Sequence[Citable]) -> bool:
+    return sum(len(each.text.split()) for each in group) <= WORDS
 
 
 def _goes_on(index: SearchIndex, one: int, two: int) -> bool:

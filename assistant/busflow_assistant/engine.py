@@ -14,7 +14,7 @@ from busflow_assistant.plain_text import read_text
 from busflow_assistant.question import AskedQuestion, parts, understand
 from busflow_assistant.rank import Ranked, rank
 from busflow_assistant.read import names
-from busflow_assistant.refuse import NEARBY, refusal, sufficient
+from busflow_assistant.refuse import NEARBY, by_certainty, refusal, sufficient
 from busflow_assistant.search_index import SearchIndex
 from busflow_assistant.selection import cut, locate
 
@@ -104,12 +104,12 @@ def _answered(asked: AskedQuestion, grounds: Grounds) -> Answer:
     """The selection's answer, else the page's, said to be that, else a refusal."""
     matched = match(asked, grounds.index)
     if grounds.selected is not None:
-        ranked, citations = _cited(asked, matched, grounds, grounds.selected, selected=True)
+        ranked, citations = _cited(asked, matched, grounds, grounds.selected)
         if citations:
             return Answer(_text(citations), citations, AnswerScope.SELECTION)
         if len(grounds.selected) == len(grounds.scope):
             return refusal(_reason(ranked), asked, grounds.index, grounds.scope, ranked)
-    ranked, citations = _cited(asked, matched, grounds, grounds.scope, selected=False)
+    ranked, citations = _cited(asked, matched, grounds, grounds.scope)
     if not citations:
         return refusal(_reason(ranked), asked, grounds.index, grounds.scope, ranked)
     text = _text(citations)
@@ -121,17 +121,16 @@ def _cited(
     matched: Sequence[Matched],
     grounds: Grounds,
     scope: range | frozenset[int],
-    *,
-    selected: bool,
 ) -> tuple[list[Ranked], tuple[Citation, ...]]:
     """The units of a scope, best first, and the citations of an answer if they have one."""
     index = grounds.index
     ranked = rank(asked, matched, index, scope)
     if grounds.reorder is not None:
         ranked = grounds.reorder(asked.text, ranked)
+    ranked = by_certainty(asked, matched, ranked)
     if all_names := names(asked, matched, index, scope):
         return ranked, tuple(cited(1.0, group) for group in all_names)
-    if ranked and sufficient(asked, matched, ranked[0], selected=selected):
+    if ranked and sufficient(asked, matched, ranked[0]):
         return ranked, composed(asked, matched, index, ranked, scope)
     return ranked, ()
 

@@ -23,6 +23,7 @@ _DURATION = either(
     _QUANTITY,
     rf"\b(?:{_COUNTED}|one|an?|last|each|every|few|some)\s+(?:\w+\s+)?{_TIME}\b",
     r"\b(?:as long as|for ever|forever|at once|immediately|at most)\b",
+    r"\b(?:seconds|minutes|hours|days)\b.{0,30}\d|\d.{0,30}\b(?:seconds|minutes|hours|days)\b",
 )
 _RATE = either(
     r"\d\s*k?hz\b",
@@ -92,7 +93,7 @@ _REQUIRED = (
 
 def lacks(question: AskedQuestion, unit: Citable) -> AnswerKind | None:
     """Return what a unit needs to be an answer and does not have."""
-    wanted = question.wanted - ({AnswerKind.COUNT} if AnswerKind.DURATION in question.wanted else set())
+    wanted = question.wanted
     text = unit.text + (" default" if "default" in unit.near and unit.passage.shape is PassageShape.TABLE else "")
     if (
         AnswerKind.COUNT in wanted
@@ -103,29 +104,27 @@ def lacks(question: AskedQuestion, unit: Citable) -> AnswerKind | None:
     return next((kind for kind in _REQUIRED if kind in wanted and not _HAS[kind](text)), None)
 
 
-def fitness(question: AskedQuestion, unit: Citable) -> float:
-    """Return how well a unit has the form of an answer, from about −0.5 to 1."""
-    text = unit.text
-    value = 0.0
+def forms(question: AskedQuestion, text: str) -> tuple[int, int, int]:
+    """Return how many of the wanted kinds of answers a text has, lacks though they need it, and has of the others."""
+    needed = lacking = other = 0
     for kind in question.wanted & _HAS.keys():
-        value += 0.3 if _HAS[kind](text) else -0.7 if kind in _REQUIRED else -0.05
-    if AnswerKind.REASON in question.wanted and _STRONG_REASON.search(text):
-        value += 0.3
-    if question.wanted & {AnswerKind.DEFINITION, AnswerKind.FUNCTION}:
-        value += _subject(question, unit)
-    if question.wanted & {AnswerKind.COUNT, AnswerKind.AMOUNT, AnswerKind.DEFAULT} or re.search(
-        r"\b(?:what|which) ", question.english, re.IGNORECASE
-    ):
-        value += 0.25 * valued(question, unit)
-    if AnswerKind.LIST in question.wanted:
-        value += 0.3 * min(1.0, _items(text) / 3)
-    if text.endswith(":") and unit.passage.shape is PassageShape.PROSE and AnswerKind.METHOD not in question.wanted:
-        value -= 0.1
-    return value - _empty(question, unit)
+        has = _HAS[kind](text)
+        if kind not in _REQUIRED:
+            other += has
+        elif has:
+            needed += 1
+        else:
+            lacking += 1
+    return needed, lacking, other
 
 
-def _empty(question: AskedQuestion, unit: Citable) -> float:
-    """What a unit loses that says nothing by itself: a heading, a table's head, a command, the question's own words."""
+def gives_reason(text: str) -> bool:
+    """Return whether a text says why."""
+    return bool(_STRONG_REASON.search(text))
+
+
+def emptiness(question: AskedQuestion, unit: Citable) -> float:
+    """Return how little a unit says by itself: a heading, a table's head, a command, the question's own words."""
     asked = {one for term in question.terms for one in (term.word, *term.stems)}
     lost = (
         0.6
@@ -146,13 +145,13 @@ def _empty(question: AskedQuestion, unit: Citable) -> float:
     return lost + (0.15 if unit.text.startswith("(") else 0.0)
 
 
-def _items(text: str) -> int:
-    """How many things a sentence or row enumerates."""
+def items(text: str) -> int:
+    """Return how many things a sentence or row enumerates."""
     return text.count(",") + len(re.findall(r"\b(?:and|or)\b", text)) + max(0, text.count("`") // 2 - 1)
 
 
-def _subject(question: AskedQuestion, unit: Citable) -> float:
-    """A bonus for a unit whose first words are what the question is about, more where it says what that is or does."""
+def subject(question: AskedQuestion, unit: Citable) -> float:
+    """Return how far a unit's first words are what a question is about, more where it says what that is or does."""
     start = _OPENING.sub("", unit.text[:100])
     topical = {one for term in question.terms if term.weight >= GENERAL + 0.1 for one in term.stems}
     words = re.findall(r"\w+", start)[:4]
@@ -172,13 +171,15 @@ def _subject(question: AskedQuestion, unit: Citable) -> float:
 
 def valued(question: AskedQuestion, unit: Citable) -> float:
     """1 if a word that is asked for stands beside a number: `exit code 3`, `32 viewers`."""
-    if not question.heads:
-        return 0.0
-    words = raw_words(unit.text)
-    stems = [{terms_of(word)[0]} for word in words]
-    for n, found in enumerate(stems):
-        if question.heads[-1] in found:
-            beside = words[max(0, n - 2) : n] + words[n + 1 : n + 2]
-            if any(NUMBER.fullmatch(word) for word in beside):
-                return 1.0
-    return 0.0
+    return float(bool(question.heads) and counted(unit.text, frozenset(question.heads[-1:])))
+
+
+def counted(text: str, stems: frozenset[str]) -> bool:
+    """Return whether one of some words stands beside a number: `exit code 3`, `32 viewers`, `queue of ten`."""
+    words = raw_words(text)
+    for n, word in enumerate(words):
+        if terms_of(word)[0] in stems:
+            behind = n + 3 if words[n + 1 : n + 2] == ["of"] else n + 2
+            if any(NUMBER.fullmatch(each) for each in (*words[max(0, n - 2) : n], *words[n + 1 : behind])):
+                return True
+    return False

@@ -15,8 +15,10 @@ from busflow_assistant.rank import Ranked
 
 RERANKED = 30
 """Units that are compared by meaning: a vector takes 10 to 20 ms the first time."""
-MEANING = 0.3
+MEANING = 8.0
 """How much the similarity counts beside the score of the terms."""
+USUAL = 0.4
+"""The similarity of an answer that speaks neither for it nor against it."""
 _KEPT = 20_000
 """Vectors that are kept: 30 MB."""
 
@@ -44,7 +46,7 @@ class Fusion:
         asked = self._model.embed([question])[0]
         similar = [float(vector @ asked) for vector in self._embedded(texts)]
         first = [
-            replace(each, score=each.score + MEANING * value, similarity=value)
+            replace(each, score=each.score + MEANING * (value - USUAL), similarity=value)
             for each, value in zip(ranked, similar, strict=False)
         ]
         return sorted(first, key=lambda each: -each.score)

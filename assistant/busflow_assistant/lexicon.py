@@ -32,6 +32,12 @@ def stop_words() -> frozenset[str]:
 
 
 @cache
+def tiny_words() -> frozenset[str]:
+    """Return those of them that say nothing even beside others."""
+    return frozenset(word for line in _lines("tiny_words") for word in line.split())
+
+
+@cache
 def general_words() -> frozenset[str]:
     """Return the English words that any subject uses."""
     return frozenset(word for line in _lines("general_words") for word in line.split())

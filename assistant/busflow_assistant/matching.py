@@ -47,6 +47,8 @@ def _matched(term: Term, index: SearchIndex) -> Matched:
         for variant, quality in _variants(term, one, index):
             if variant in index.postings:
                 variants[variant] = max(quality, variants.get(variant, 0.0))
+    if not variants:
+        variants = dict.fromkeys(_compounds(term, index), RELATED)
     if not variants and (slip := _slip(term, index)):
         variants[slip] = SLIP
     close = [variant for variant, quality in variants.items() if quality >= 0.8] or list(variants)
@@ -82,6 +84,13 @@ def _related(one: str, other: str) -> bool:
     return (
         len(shorter) >= 5 and longer.startswith(shorter[: max(5, len(shorter) - 1)]) and len(longer) - len(shorter) <= 4
     )
+
+
+def _compounds(term: Term, index: SearchIndex) -> Iterator[str]:
+    """The terms of the index that end with a term or begin with it: `cpython` has `python`."""
+    one = term.stems[0]
+    if len(one) >= 5 and not term.literal:
+        yield from (other for other in index.postings if other.endswith(one) or other.startswith(one))
 
 
 def _slip(term: Term, index: SearchIndex) -> str | None:

@@ -1,29 +1,19 @@
-"""The units of a scope, best first: BM25F over a unit, its neighbours and its headings, and the form of an answer."""
+"""The units of a scope, best first, and whole lists and tables beside them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 from busflow_assistant.answer_kinds import AnswerKind
-from busflow_assistant.evidence import fitness
+from busflow_assistant.features import Sought
 from busflow_assistant.matching import Matched
-from busflow_assistant.passages import PassageShape
+from busflow_assistant.passages import Extent, PassageShape
 from busflow_assistant.question import AskedQuestion
 from busflow_assistant.search_index import Citable, SearchIndex
 
-K1 = 0.4
-B = 0.3
-NEAR = 0.33
-ABOVE = 0.3
-FORM = 0.3
-"""How much the form of an answer counts beside the terms."""
-ASKED = 1.3
-"""How much more a word counts that says what is asked for."""
-TOGETHER = 0.05
-CODE = 0.12
-"""What a line of code loses beside prose, where no code is asked for."""
+LONGEST = 2_500
+"""Characters of the longest list or table that is cited as a whole."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,17 +47,44 @@ def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Iterable[i
 
 def rank(question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int]) -> list[Ranked]:
     """Return the units of a scope that may answer a question, the best first."""
-    asked = set(question.heads)
-    weights = [each.weight * (ASKED if asked & set(each.term.stems) else 1.0) for each in matched]
-    joined = _joined(matched, index)
-    numbers = candidates(matched, index, scope)
-    found = [
-        _ranked(question, matched, weights, joined, unit=index.units[number], mean=index.mean_length)
-        for number in numbers
-    ]
+    sought = Sought(question, matched, index)
+    found = [_ranked(sought, unit) for unit in answers(question, matched, index, scope)]
     numbered = any(each.term.word.replace(".", "").isdigit() for each in matched)
     best = found if numbered else _without_repeats(found)
     return sorted(best, key=lambda each: (-each.score, each.unit.number))
+
+
+def answers(
+    question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int]
+) -> list[Citable]:
+    """Return what may answer a question: units, and for a question that asks for several things whole lists."""
+    inside = scope if isinstance(scope, range | set | frozenset) else set(scope)
+    numbers = candidates(matched, index, inside)
+    wholes = list(_wholes(index, numbers, inside)) if AnswerKind.LIST in question.wanted else []
+    return [index.units[number] for number in numbers] + wholes
+
+
+def _wholes(index: SearchIndex, numbers: Iterable[int], scope: Container[int]) -> Iterator[Citable]:
+    """The lists and tables of some units as wholes, as far as they are in the scope."""
+    passages = {id(index.units[number].passage): index.units[number] for number in numbers}
+    for unit in passages.values():
+        units = units_of(index, unit, scope)
+        if unit.passage.shape in {PassageShape.TABLE, PassageShape.LIST} and len(units) > 1:
+            span = Extent(units[0].span.start, units[-1].span.end)
+            if len(span) <= LONGEST:
+                own = sum((each.own for each in units[1:]), units[0].own.copy())
+                head = frozenset(units[0].own) if unit.passage.shape is PassageShape.TABLE else frozenset[str]()
+                yield replace(units[0], span=span, own=own, near=units[0].near | head, whole=True)
+
+
+def units_of(index: SearchIndex, unit: Citable, scope: Container[int]) -> list[Citable]:
+    """Return the units of a unit's passage, as far as they are in the scope."""
+    first = unit.number - unit.passage.units.index(unit.span) if not unit.whole else unit.number
+    return [index.units[n] for n in range(first, first + len(unit.passage.units)) if n in scope]
+
+
+def _ranked(sought: Sought, unit: Citable) -> Ranked:
+    return Ranked(unit, sought.score(unit), sought.support(unit), sought.share(frozenset(unit.own)))
 
 
 def _without_repeats(found: Iterable[Ranked]) -> list[Ranked]:
@@ -76,44 +93,8 @@ def _without_repeats(found: Iterable[Ranked]) -> list[Ranked]:
     for each in sorted(found, key=lambda each: each.unit.number):
         words = frozenset(term for term in each.unit.own if not term[0].isdigit())
         repeated = each.unit.passage.shape is PassageShape.CODE and len(words) > 1
-        key = (each.unit.page.name, words) if repeated else each.unit.number
+        key = (each.unit.page.name, words) if repeated else (each.unit.number, each.unit.whole)
         before = kept.setdefault(key, each)
         if each.score > before.score:
             kept[key] = replace(before, score=each.score)
     return list(kept.values())
-
-
-def _ranked(
-    question: AskedQuestion,
-    matched: Sequence[Matched],
-    weights: Sequence[float],
-    joined: frozenset[str],
-    *,
-    unit: Citable,
-    mean: float,
-) -> Ranked:
-    norm = 1 - B + B * unit.length / max(1.0, mean)
-    score = own_share = support = 0.0
-    for each, weight in zip(matched, weights, strict=True):
-        own, near, above = each.best(unit.own), each.best(unit.near), each.best(unit.above)
-        frequency = own / norm + NEAR * near + ABOVE * above
-        score += weight * frequency * (K1 + 1) / (K1 + frequency)
-        own_share += weight * own
-        support += weight * max(own, 0.85 * near, 0.7 * above)
-    total = sum(weights) or 1.0
-    together = 0.0 if joined.isdisjoint(unit.own) else TOGETHER
-    score = score / total + FORM * fitness(question, unit) + together
-    if unit.passage.shape is PassageShape.CODE and AnswerKind.METHOD not in question.wanted:
-        score -= CODE
-    return Ranked(unit, score, support / total, own_share / total)
-
-
-def _joined(matched: Sequence[Matched], index: SearchIndex) -> frozenset[str]:
-    """The identifiers that two words in a row of the question make: `sensor_processor` of "sensor processor"."""
-    return frozenset(
-        name
-        for one, two in pairwise(matched)
-        for first in (one.term.word, *one.variants)
-        for second in (two.term.word, *two.variants)
-        if (name := f"{first}_{second}") in index.postings
-    )

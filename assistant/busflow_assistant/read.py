@@ -1,11 +1,10 @@
-"""Readers of what is more than a sentence: tables and lists as a whole, lines of one kind, names out of code."""
+"""Readers of what is more than a sentence: the body of a function, lines of one kind, names out of code."""
 
 from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from busflow_assistant.answer_kinds import AnswerKind
 from busflow_assistant.matching import Matched
@@ -13,13 +12,11 @@ from busflow_assistant.passages import PassageShape
 from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import Ranked
 from busflow_assistant.search_index import Citable, SearchIndex, indent
-from busflow_assistant.words import raw_words, stem, terms_of
+from busflow_assistant.words import stem
 
 _BODY = 9
 """Lines of a function, or a command with its output, at most."""
 _DEFINES = re.compile(r"(?:async )?def \w|@\w|class \w")
-LONGEST = 2_500
-"""Characters of the longest passage that is cited as a whole."""
 _NAME = r"[\"'](?P<name>[~/\w{}.-]+)[\"']"
 _NAMES: Mapping[str, tuple[re.Pattern[str], ...]] = {
     "topic": (
@@ -67,70 +64,6 @@ _ABOUT_ALL = frozenset(
     )
 )
 """Words that do not restrict which of the names are asked for."""
-
-
-@dataclass(frozen=True, slots=True)
-class Group:
-    """Units of one passage that answer together."""
-
-    units: tuple[Citable, ...]
-    score: float
-
-
-def lists(
-    question: AskedQuestion,
-    matched: Sequence[Matched],
-    index: SearchIndex,
-    ranked: Sequence[Ranked],
-    scope: Container[int],
-) -> list[Group]:
-    """Return the tables and lists that answer a question for a list, the best first."""
-    passages = {id(each.unit.passage): each.unit for each in ranked}
-    found = [group for unit in passages.values() if (group := _list(question, matched, index, unit, scope))]
-    return sorted(found, key=lambda group: -group.score)
-
-
-def _list(
-    question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, unit: Citable, scope: Container[int]
-) -> Group | None:
-    """The passage of a unit as a whole, as far as it is in the scope."""
-    passage = unit.passage
-    if passage.shape not in {PassageShape.TABLE, PassageShape.LIST} or len(passage.span) > LONGEST:
-        return None
-    first = unit.number - passage.units.index(unit.span)
-    units = tuple(index.units[n] for n in range(first, first + len(passage.units)) if n in scope)
-    if len(units) < 2:
-        return None
-    if _about_one_row(question, matched, units):
-        return None
-    inside = frozenset(term for each in units for term in each.own)
-    head = index.units[first]
-    total = sum(each.weight for each in matched) or 1.0
-    score = 0.0
-    for each in matched:
-        any_row, lead, above = each.best(inside), each.best(head.near), each.best(head.above)
-        frequency = 0.7 * any_row + 0.5 * lead + 0.4 * above
-        score += each.weight * frequency * 1.8 / (0.8 + frequency)
-    titled = passage.shape is PassageShape.TABLE and any(each in head.own for each in question.heads)
-    named = any(each in head.near or each in head.above for each in question.heads)
-    return Group(units, score / total + (0.6 if titled else 0.4 if named else 0.15))
-
-
-def _about_one_row(question: AskedQuestion, matched: Sequence[Matched], units: Sequence[Citable]) -> bool:
-    """True if a few rows begin with a word of the question that is not what all of them are."""
-    topical = [each for each in matched if each.term.weight >= 0.6 and not set(question.heads) & set(each.term.stems)]
-    keys = [frozenset(terms_of(word)[0] for word in raw_words(_key(unit))) for unit in units]
-    begin = [
-        any(quality >= 0.8 and variant in key for each in topical for variant, quality in each.variants.items())
-        for key in keys
-    ]
-    return 0 < sum(begin) <= max(1, len(units) // 3)
-
-
-def _key(unit: Citable) -> str:
-    """What a row or item begins with."""
-    text = unit.text.strip("| ")
-    return text.split("|")[0] if unit.passage.shape is PassageShape.TABLE else " ".join(text.split()[:2])
 
 
 def body(index: SearchIndex, unit: Citable, *, command: bool) -> list[Citable]:

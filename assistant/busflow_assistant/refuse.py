@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from busflow_assistant.answer import Answer, Reason
 from busflow_assistant.answer_kinds import AnswerKind
-from busflow_assistant.evidence import lacks, valued
+from busflow_assistant.evidence import counted, lacks, valued
 from busflow_assistant.lexicon import LANGUAGES, language
 from busflow_assistant.markdown import title
 from busflow_assistant.matching import Matched
@@ -14,18 +15,24 @@ from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import Ranked
 from busflow_assistant.search_index import SearchIndex
 
-SELECTED = 0.3
-"""The least support within a selection: the reader has pointed at it."""
-ELSEWHERE = 0.42
-"""The least support on a page."""
+DOUBT = 3.1
+"""The least score of an answer, less what counts against it: fitted as the weights of `features` are."""
+UNKNOWN = 17.0
+"""How much it counts against an answer that all words of the topic are unknown to the text."""
+NO_NAME = 6.0
+"""The same of an identifier or a number that is."""
+LACKING = 7.0
+"""The same of a number, a time or a version that was asked for and is not there."""
+UNCOUNTED = 14.0
+"""The same of a number that counts something else."""
+SURE_AMONG = 6
+"""Units that are looked at for these."""
 UNLIKE = 0.3
 """The similarity below which a unit speaks of something else, where its words leave room for doubt."""
 UNSURE = 0.5
 """The support below which they do."""
 NEARBY = 0.3
 """The least support of a passage whose heading a refusal names."""
-UNASKED = 0.85
-"""What support is worth where the word that was asked for is not there."""
 _TOPICS = 3
 _TOPIC_CHARACTERS = 80
 _SAID = {
@@ -38,22 +45,27 @@ _SAID = {
 }
 
 
-def sufficient(question: AskedQuestion, matched: Sequence[Matched], best: Ranked, *, selected: bool) -> bool:
+def by_certainty(question: AskedQuestion, matched: Sequence[Matched], ranked: Sequence[Ranked]) -> list[Ranked]:
+    """Return units in the order in which they are certain to say what was asked, with that as their score."""
+    unsure = [replace(each, score=each.score - _missing(question, matched, each)) for each in ranked[:SURE_AMONG]]
+    return sorted(unsure, key=lambda each: -each.score)
+
+
+def sufficient(question: AskedQuestion, matched: Sequence[Matched], best: Ranked) -> bool:
     """Return whether the best unit says what was asked."""
     if best.similarity is not None and best.similarity < UNLIKE and best.support < UNSURE:
         return False
-    if is_foreign(matched) or _asks_for_unknown(question, matched) or lacks(question, best.unit) is not None:
-        return False
     if AnswerKind.DIFFERENCE in question.wanted and any(_is_topic(each) and not each.variants for each in matched):
         return False
-    if AnswerKind.COUNT in question.wanted and not selected and not _counts(question, matched, best):
-        return False
-    support = best.support
-    if question.heads and not _has(question.heads[-1], matched, best):
-        if question.wanted & {AnswerKind.COUNT, AnswerKind.AMOUNT, AnswerKind.VERSION}:
-            return False
-        support *= UNASKED
-    return support >= (SELECTED if selected else ELSEWHERE)
+    against = UNKNOWN * unknown_share(matched)
+    against += NO_NAME * any(each.term.literal and not each.variants for each in matched)
+    return best.score - against >= DOUBT
+
+
+def _missing(question: AskedQuestion, matched: Sequence[Matched], each: Ranked) -> float:
+    """How much it counts against a unit that a number or its like, which was asked for, is not in it."""
+    lacking = LACKING * (lacks(question, each.unit) is not None)
+    return lacking + UNCOUNTED * (AnswerKind.COUNT in question.wanted and not _counts(question, matched, each))
 
 
 def refusal(
@@ -67,18 +79,10 @@ def refusal(
     return Answer(" ".join([*said, _SAID[reason], *([speaks] if speaks else [])]), reason=reason)
 
 
-def is_foreign(matched: Sequence[Matched]) -> bool:
-    """Return whether a question is about things of which the text has no word, nor one that stands for it."""
+def unknown_share(matched: Sequence[Matched]) -> float:
+    """Return the share of a question's words of a topic that the text has not, nor one that stands for them."""
     named = [each for each in matched if each.term.weight >= 1.0]
-    unknown = [each for each in named if not each.variants]
-    return len(unknown) > 1 or 2 * len(unknown) >= max(1, len(named)) or any(each.term.literal for each in unknown)
-
-
-def _asks_for_unknown(question: AskedQuestion, matched: Sequence[Matched]) -> bool:
-    """True if the first word of what is asked for is not in the text: `focal` of "which focal length"."""
-    return (
-        any(not each.variants and question.heads[0] in each.term.stems for each in matched) if question.heads else False
-    )
+    return sum(not each.variants for each in named) / max(1, len(named))
 
 
 def _is_topic(each: Matched) -> bool:
@@ -87,14 +91,10 @@ def _is_topic(each: Matched) -> bool:
 
 def _counts(question: AskedQuestion, matched: Sequence[Matched], best: Ranked) -> bool:
     """True if a number of the unit is one of what was asked for, as far as its place shows."""
-    literal = any(each.term.literal and each.best(best.unit.own) for each in matched)
-    return literal or bool(valued(question, best.unit))
-
-
-def _has(head: str, matched: Sequence[Matched], best: Ranked) -> bool:
-    """True if a word that is asked for, or a synonym, stands in a unit or around it."""
-    each = next((each for each in matched if head in each.term.stems), None)
-    return each is None or any(each.best(terms) for terms in (best.unit.own, best.unit.near, best.unit.above))
+    if any(each.term.literal and each.best(best.unit.own) for each in matched) or valued(question, best.unit):
+        return True
+    topical = frozenset(variant for each in matched if _is_topic(each) for variant in each.variants)
+    return counted(best.unit.text, topical)
 
 
 def _topics(index: SearchIndex, scope: Iterable[int], ranked: Sequence[Ranked]) -> Iterator[str]:

@@ -6,19 +6,32 @@ import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 from busflow_assistant.markdown import plain
 from busflow_assistant.passages import Extent, Page, Passage, PassageShape
-from busflow_assistant.words import terms
+from busflow_assistant.words import stem, terms
 
 _HEAD = re.compile(r"\$ |(?:class|def|async def) ")
+_KEY = re.compile(r"\s*(?:[-*+]\s+|\d+[.)]\s+)?(?:\*\*(?P<bold>.+?)\*\*|`(?P<name>[^`]+)`)", re.DOTALL)
+_KINDS = (
+    (re.compile(r"(?<![\w-])--[a-z]"), ("option", "flag")),
+    (re.compile(r"\b[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)+\b(?!\()"), ("environment", "variable")),
+    (re.compile(r"\b[\w-]+\.(?:yaml|yml|py|md|json|mcap|pem|key|csv|urdf|msg|srv|txt|toml)\b"), ("file",)),
+    (re.compile(r"^\$ \S|`(?:busflow|ros2|pip|python) \w"), ("command",)),
+    (
+        re.compile(r"\b[A-Z]\w*(?:Error|Failed|Exception|Timeout|Rejected|Aborted|Unavailable)\b"),
+        ("error", "exception"),
+    ),
+)
+"""What names are, by their form: a text need not say that `--rate` is an option."""
+_OTHER = re.compile(r"[^a-z0-9]+")
 _NEAR = 8
 """Units of a list or paragraph on each side that count as near."""
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(eq=False)
 class Citable:
     """What an answer may cite by itself, with the terms in it and around it."""
 
@@ -31,12 +44,38 @@ class Citable:
     """Terms of the sentences, items or lines beside it, and of what leads up to its passage."""
     above: frozenset[str]
     """Terms of the headings above it."""
-    length: int = field(default=0)
+    before: frozenset[str] = frozenset()
+    """Terms of the unit before it in its passage."""
+    whole: bool = False
+    """A whole list or table, whose units are citable by themselves too."""
 
     @property
     def text(self) -> str:
         """The unit, verbatim."""
         return self.page.text(self.span)
+
+    @cached_property
+    def letters(self) -> str:
+        """The unit in small letters and digits, with single spaces between words and around all."""
+        return letters(plain(self.text))
+
+    @cached_property
+    def key(self) -> frozenset[str]:
+        """Terms of what it begins with and is about: a row's first cell, what is bold, a name in code."""
+        if self.passage.shape is PassageShape.TABLE:
+            return frozenset(terms(plain(self.text.strip("| ").split("|")[0])))
+        found = _KEY.match(self.text)
+        return frozenset(terms(found["bold"] or found["name"])) if found else frozenset()
+
+    @cached_property
+    def title(self) -> frozenset[str]:
+        """Terms of the heading next above it."""
+        return frozenset(terms(self.passage.headings[-1])) if self.passage.headings else frozenset()
+
+    @cached_property
+    def length(self) -> int:
+        """How many terms it has."""
+        return self.own.total()
 
 
 class SearchIndex:
@@ -52,7 +91,7 @@ class SearchIndex:
             first = len(self.units)
             self._add(page)
             self.of_page[page.name] = range(first, len(self.units))
-        self.mean_length: float = sum(unit.length for unit in self.units) / max(1, len(self.units))
+        self._runs: dict[str, float] = {}
 
     @cached_property
     def by_prefix(self) -> dict[str, list[str]]:
@@ -65,21 +104,45 @@ class SearchIndex:
 
     def rarity(self, term: str) -> float:
         """Return the inverse document frequency of a term over units, from 0 to 1."""
-        had, of = len(self.postings.get(term, ())), len(self.units)
-        return math.log(1 + (of - had + 0.5) / (had + 0.5)) / math.log(1 + (of + 0.5) / 0.5)
+        return _rarity(len(self.postings.get(term, ())), len(self.units))
+
+    def rarity_of_run(self, run: str) -> float:
+        """Return the same of a run of letters."""
+        if run not in self._runs:
+            self._runs[run] = _rarity(sum(run in unit.letters for unit in self.units), len(self.units))
+        return self._runs[run]
 
     def _add(self, page: Page) -> None:
         lead: frozenset[str] = frozenset()
         for passage in page.passages:
             above = frozenset(term for heading in passage.headings for term in terms(heading))
-            own = [Counter(terms(plain(page.text(span)))) for span in passage.units]
+            own = [Counter([*terms(plain(text)), *_kinds(text)]) for text in map(page.text, passage.units)]
             for position, (span, counted) in enumerate(zip(passage.units, own, strict=True)):
                 near = _around(own, position, passage, page) | lead
-                unit = Citable(len(self.units), page, passage, span, counted, near, above, counted.total())
+                before = frozenset(own[position - 1]) if position else frozenset[str]()
+                unit = Citable(len(self.units), page, passage, span, counted, near, above, before)
                 self.units.append(unit)
                 for term in counted if _says_something(unit) else ():
                     self.postings[term].append(unit.number)
             lead = _lead(own, passage, lead)
+
+
+def letters(text: str) -> str:
+    """Return a text as runs of letters are looked for in it.
+
+    >>> letters("The `rate_hz`, Hz")
+    ' the rate hz hz '
+    """
+    return f" {_OTHER.sub(' ', text.casefold()).strip()} "
+
+
+def _kinds(text: str) -> Iterator[str]:
+    """The terms of what the names of a text are."""
+    return (stem(word) for form, words in _KINDS if form.search(text) for word in words)
+
+
+def _rarity(had: int, of: int) -> float:
+    return math.log(1 + (of - had + 0.5) / (had + 0.5)) / math.log(1 + (of + 0.5) / 0.5)
 
 
 def _says_something(unit: Citable) -> bool:

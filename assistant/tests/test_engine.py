@@ -32,7 +32,7 @@ Two seals wear out. A worn seal is replaced with `pump seal --new`.
 PUMP = Engine([read_page("pump.md", PAGE), read_page("other.md", "# Fans\n\nA fan moves air at 50 Hz.\n")])
 THREE = (
     ("What does the sensor processor node do?", "sensor_processor"),
-    ("How often does the sensor publisher publish data?", "0.1 s"),
+    ("How often does the sensor publisher publish data?", "= 10.0"),
     ("What topics does this lab use for communication?", "imu/data"),
 )
 

@@ -14,7 +14,7 @@ from busflow_assistant.messages import AnswerPart, AskText, AssistantState
 from busflow_assistant.page_index import PageIndex
 
 KEY = "secret-of-the-test"
-PAGE = "# Pump\n\nThe pump runs at 20 Hz. A worn seal is not repaired, it is replaced.\n"
+PAGE = "# Pump\n\nThe pump runs at 20 Hz.\n\nA worn seal is not repaired, it is replaced.\n"
 
 
 class ScriptedServer:
