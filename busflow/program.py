@@ -124,8 +124,6 @@ def run(
             return _run_to_end(_observed(graph, record, inspect), new_loop)
         _check_that_it_can_be_spread(what, spread[0], inspect)
         group = _process_group(graph, spread[0], inspect, outer, args or {}, record, event_loop)
-        attach_bridge(graph)
-        _attach_programs(graph, placed(spread[0]))
         return _run_to_end(graph, new_loop, group)
 
 
@@ -199,7 +197,7 @@ def _process_group(
     record: Wanted | None,
     event_loop: LoopName,
 ) -> ProcessGroup:
-    """Create the group of a graph's other processes, which end with it."""
+    """Create the group of a graph's other processes, which end with it, and attach what runs beside them."""
     from busflow.processes.process_group import ProcessGroup  # this import needs Zenoh
     from busflow.recording.recorder.options import spec_of
 
@@ -210,7 +208,11 @@ def _process_group(
         "record": spec_of(record, spread.record),
         "event_loop": event_loop,
     }
-    return ProcessGroup(graph, placed(spread), name=known_as, arguments=["run", file], outer=outer, args=args, **more)
+    placement = placed(spread)
+    group = ProcessGroup(graph, placement, name=known_as, arguments=["run", file], outer=outer, args=args, **more)
+    attach_bridge(graph)
+    _attach_programs(graph, placement)
+    return group
 
 
 def _is_spread(description: LaunchDescription) -> bool:
