@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.dds.process import NODE, require_cyclonedds
 from busflow.errors import ExitCode
 from busflow.node.supervision import Backoff, RestartPolicy
-from busflow.processes.child import Child
+from busflow.processes.child import Child, busflow_command, busflow_environment
 from busflow.processes.pipe import record_of
 from busflow.runner.extension import Extension
 from busflow.text import printable
@@ -87,7 +87,8 @@ class BridgeProcess(Extension):
             return
         while not self._ending:
             since_s = clock.seconds()
-            self._child = Child([*self._arguments, "--run", own.name], os.environ, lambda: b"\n", self)
+            command = busflow_command([*self._arguments, "--run", own.name])
+            self._child = Child(command, busflow_environment(os.environ), lambda: b"\n", self)
             code = await self._child.ended()
             self._child = None
             if self._ending or code == ExitCode.OK:

@@ -10,16 +10,35 @@ import json
 import os
 import selectors
 import signal
+import site
 import subprocess
+import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, Protocol
+
+import busflow
 
 _PIECE = 1 << 16
 _LINE_BYTES = 4096
 """Length of the longest printed line that is passed on in one piece."""
 _REPORT_BYTES = 1 << 24
+
+
+def busflow_command(arguments: Sequence[str]) -> list[str]:
+    """Return the command of a `Child` that runs busflow: -P, so that nothing of the folder it starts in is imported."""
+    return [sys.executable, "-P", "-m", "busflow", *arguments, "--voice"]
+
+
+def busflow_environment(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return the environment in which a process finds the same busflow as this one."""
+    home = str(Path(busflow.__file__).parents[1])
+    if home in (*site.getsitepackages(), site.getusersitepackages()):
+        return dict(environment)
+    known = environment.get("PYTHONPATH")
+    return {**environment, "PYTHONPATH": f"{home}{os.pathsep}{known}" if known else home}
 
 
 class ChildSink(Protocol):

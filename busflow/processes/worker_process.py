@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import signal
-import site
-import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -16,11 +13,10 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-import busflow
 from busflow.errors import ExitCode
 from busflow.node.supervision import Backoff, Restart
 from busflow.processes.assignment import Memory
-from busflow.processes.child import Child
+from busflow.processes.child import Child, busflow_command, busflow_environment
 from busflow.processes.pipe import record_of
 from busflow.runner.signals import CODES, signal_name
 from busflow.runner.supervisor import NodeState
@@ -131,9 +127,8 @@ class WorkerProcess:
         self.child: Child | None = None
         self.spec = spec
         self._owner, self._log = owner, log
-        # -P: see `_importing`
-        self._command = [sys.executable, "-P", "-m", "busflow", *arguments, "--process", spec.name, "--voice"]
-        self._environment = _importing({**environment, **spec.env})
+        self._command = busflow_command([*arguments, "--process", spec.name])
+        self._environment = busflow_environment({**environment, **spec.env})
         self._end: dict[str, Any] = {}
         """The end that the process reported: `exit_code`, `failures`, `finished`; empty if it reported none."""
         self._stopping = asyncio.Event()
@@ -368,12 +363,3 @@ def _is_traced(pid: int) -> bool:
     except OSError:
         return False
     return "TracerPid:" in status and "TracerPid:\t0\n" not in status
-
-
-def _importing(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return the environment in which a process finds the same busflow as this one."""
-    home = str(Path(busflow.__file__).parents[1])
-    if home in (*site.getsitepackages(), site.getusersitepackages()):
-        return dict(environment)
-    known = environment.get("PYTHONPATH")
-    return {**environment, "PYTHONPATH": f"{home}{os.pathsep}{known}" if known else home}
