@@ -280,7 +280,7 @@ def _advertise(fields: Mapping[str, Any]) -> Advertise:
             ClientChannel(
                 _number(row.get("id"), "id"),
                 *(_word(row.get(word), word) for word in ("topic", "encoding", "schemaName")),
-                _definition(row),
+                definition=_definition(row),
             )
             for row in rows
         )
