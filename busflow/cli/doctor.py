@@ -149,6 +149,7 @@ def _examine(present: PresentRun) -> _Examined:
 
 
 def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
+    from busflow.ros2.definitions import differences
     from busflow.wire.client.checkup import findings
     from busflow.wire.client.graph_view import view
 
@@ -163,6 +164,7 @@ def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
         *_about_processes(present),
         *_about_programs(present),
         *findings(graph, tokens, answers),
+        *differences(peer, graph),
         *_about_frames(peer, graph),
     )
     return _Examined(present, clocks, topics, wrong)

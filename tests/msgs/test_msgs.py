@@ -2,8 +2,9 @@
 
 Tests of `action_msgs.py`, `builtin_interfaces.py`, `control_msgs.py`, `diagnostic_msgs.py`, `example_interfaces.py`,
 `geometry_msgs.py`, `lifecycle_msgs.py`, `nav_msgs.py`, `rosgraph_msgs.py`, `service_msgs.py`, `shape_msgs.py`,
-`std_msgs.py`, `std_srvs.py`, `stereo_msgs.py`, `tf2_msgs.py`, `trajectory_msgs.py`, `unique_identifier_msgs.py`,
-`vision_msgs.py` and `visualization_msgs.py`. A test runs for a package, over all its types.
+`std_msgs.py`, `std_srvs.py`, `stereo_msgs.py`, `tf2_msgs.py`, `trajectory_msgs.py`,
+`type_description_interfaces.py`, `unique_identifier_msgs.py`, `vision_msgs.py` and `visualization_msgs.py`. A test runs
+for a package, over all its types.
 """
 
 import copy

@@ -55,6 +55,7 @@ _SETTLE_S = 2.0
 """How long a client that is going to publish waits for a process whose loop is blocked."""
 _TIMED_OUT = b"Timeout"
 """Zenoh's own error reply."""
+_DESCRIPTIONS = "type_description_interfaces/srv/GetTypeDescription"
 _DEFAULT_QOS = "::,10:,:,:,,"
 _LEAST_QOS = "2::,10:,:,:,,"
 """Best effort and volatile: what every publisher offers, also one that comes later."""
@@ -222,9 +223,35 @@ class Peer:
                 for offered in answer.values():
                     if type_hash in (None, offered["hash"]):
                         self._types[key] = ForeignType(name, offered["hash"], offered["description"])
+        if key not in self._types and (foreign := self._type_of_ros2(name, type_hash)) is not None:
+            self._types[key] = foreign
         if key not in self._types:
             raise NoSuchTarget(f"the run does not say what {name} is")
         return self._types[key]
+
+    def _type_of_ros2(self, name: str, type_hash: str | None) -> ForeignType | None:
+        """Return a type as a node of ROS 2 that uses it describes it; None if none does, or what it says is not that.
+
+        Only its own node may know a type. A node of the run tells what the service takes that describes types.
+        """
+        tokens = self.tokens()
+        servers = {each.topic for each in tokens if each.type == _DESCRIPTIONS and each.kind is TokenKind.SERVICE}
+        kinds = self.services(sorted(servers)) if servers else {}
+        for user in (each for each in tokens if each.type == name and type_hash in (None, each.hash)):
+            service = f"{user.node_name.rstrip('/')}/get_type_description"
+            if service in servers and kinds:
+                kind = replace(next(iter(kinds.values())), name=service)
+                with suppress(BusflowError, LookupError, TypeError):  # of several users one may answer
+                    return self._described(kind, user)
+        return None
+
+    def _described(self, service: ServiceKind, user: Token) -> ForeignType:
+        from busflow.interfaces.encoding.foreign import ForeignType
+
+        wanted = {"type_name": user.type, "type_hash": user.hash, "include_type_sources": False}
+        answer = self.call(service, wanted, timeout_s=self._patience_s)
+        plain = json.loads(json.dumps(answer["type_description"]))  # a message has tuples, and a description lists
+        return ForeignType(user.type, user.hash, plain)
 
     # Listening and publishing.
 

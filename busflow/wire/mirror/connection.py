@@ -33,6 +33,8 @@ class Connection:
     on_loop: Callable[..., None]
     """Runs a function on the event loop, from any thread."""
     domain: int = DOMAIN
+    describes_types: bool = False
+    """Whether each node describes the types of its process, as nodes of ROS 2 do."""
 
     def key(self, topic: str, support: TypeSupport) -> str:
         """Return the key under which messages of this type travel on a topic or service."""

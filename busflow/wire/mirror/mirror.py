@@ -81,7 +81,9 @@ class Mirror:
         sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
         self._domain = card.domain
         self._connection = Connection(
-            graph.bus, session, self._supports, sender, replier, self._log, self._on_loop, card.domain
+            *(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop),
+            domain=card.domain,
+            describes_types=card.ros2_domain is not None,
         )
         self._intake = TokenIntake(graph.bus.dispatcher, self._on_loop, self._on_token, self._log)
         self._remote_publishers = RemotePublishers(self._connection)

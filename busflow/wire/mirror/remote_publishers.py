@@ -106,8 +106,9 @@ class RemotePublishers:
         """
         support = self._connection.supports(topic.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
-            offered = f"another definition of {token.type}" if token.type == support.name else token.type
-            raise BusflowError(f"it publishes {offered}, not {support.name}")
+            if token.type == support.name:
+                raise BusflowError(f"it publishes another definition of {token.type}; busflow doctor compares both")
+            raise BusflowError(f"it publishes {token.type}, not {support.name}")
         endpoint = remote_endpoint(token, topic)
         for subscription in topic.subscriptions:
             check_qos(endpoint, subscription.endpoint)

@@ -25,6 +25,7 @@ from busflow.wire.queries.logs import DEPTH, LogBook, ParameterLog
 from busflow.wire.queries.meter import Meters
 from busflow.wire.queries.parameter_services import ParameterServices
 from busflow.wire.queries.server import Question, WithMessages
+from busflow.wire.queries.type_services import TypeServices
 from busflow.wire.zenoh.keys import Attachment
 
 if TYPE_CHECKING:
@@ -76,6 +77,7 @@ class Questions:
         self._graph, self._card, self._process = graph, card, process
         self._supports, self._history = supports, history
         self._elsewhere, self._about = elsewhere, about
+        self._is_for_ros2 = card.ros2_domain is not None
         self.parameter_log: ParameterLog = ParameterLog(graph.clock)
         self.left_topics: set[str] = set()
         """Those of nodes that were deleted while the graph ran: not shown while they have no end."""
@@ -193,7 +195,8 @@ class Questions:
         types: dict[str, type[ServiceType]] = {name: service.type for name, service in services.items()}
         for unit in self._graph.units:
             own = LoggerServices(self._graph.log, unit.name).all()
-            offered = (*ParameterServices(unit.runtime.parameters).all(), *own)
+            described = TypeServices(self._graph.bus, self._supports, unit.name).all() if self._is_for_ros2 else ()
+            offered = (*ParameterServices(unit.runtime.parameters).all(), *own, *described)
             types |= {name: service_type for name, service_type, _ in offered}
         return {
             name: {
