@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
 from operator import itemgetter
@@ -49,6 +49,8 @@ class _Examined:
     clock: str
     topics: int
     findings: tuple[Problem, ...]
+    neighbours: Mapping[str, Sequence[str]] = field(default_factory=dict[str, Sequence[str]])
+    """Nodes of ROS 2, by host."""
 
 
 @click.command(epilog=_EXAMPLES)
@@ -150,6 +152,7 @@ def _examine(present: PresentRun) -> _Examined:
 
 def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
     from busflow.ros2.definitions import differences
+    from busflow.ros2.neighbours import neighbours, strangers
     from busflow.wire.client.checkup import findings
     from busflow.wire.client.graph_view import view
 
@@ -157,6 +160,7 @@ def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
     graph = view(tokens, answers)
     clocks = ", ".join(dict.fromkeys(answer["clock"] for answer in answers))
     topics = sum(not topic.hidden for topic in graph.topics.values())
+    others = neighbours(tokens, answers)
     wrong = (
         *_about_age(present),
         *_about_machines(present),
@@ -165,9 +169,10 @@ def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
         *_about_programs(present),
         *findings(graph, tokens, answers),
         *differences(peer, graph),
+        *strangers(others, present.run.card.domain),
         *_about_frames(peer, graph),
     )
-    return _Examined(present, clocks, topics, wrong)
+    return _Examined(present, clocks, topics, wrong, others)
 
 
 def problems_in(peer: Peer) -> tuple[Problem, ...]:
@@ -255,7 +260,7 @@ def _print(folders: list[Folder], examined: list[_Examined], findings: _Findings
             ("Python", f"{versions['python']} on {platform.system()} {platform.release()}"),
             ("Zenoh", versions["zenoh"] or "missing"),
             *(("runs in", f"{each.path}: {_state(each)}") for each in folders),
-            *((each.present.run.name, _sentence(each)) for each in examined),
+            *(row for each in examined for row in _rows(each)),
         ],
         Column(),
         Column(folds=True),
@@ -274,6 +279,14 @@ def _state(folder: Folder) -> str:
     if folder.fault:
         return "not safe"
     return "safe" + (f"; removed what is left of {', '.join(folder.remains)}" if folder.remains else "")
+
+
+def _rows(each: _Examined) -> Iterator[tuple[str, str]]:
+    yield each.present.run.name, _sentence(each)
+    if each.neighbours:
+        from busflow.ros2.neighbours import shown
+
+        yield f"ROS 2, domain {each.present.run.card.domain}", shown(each.neighbours)
 
 
 def _sentence(each: _Examined) -> str:
@@ -301,5 +314,6 @@ def _run_json(each: _Examined) -> dict[str, Any]:
         "nodes": present.nodes,
         "topics": None if present.silence else each.topics,
         "clock": None if present.silence else each.clock,
+        "ros2_nodes": each.neighbours,
         "answered_in_ms": None if present.silence else present.answered_in_s * 1000,
     }

@@ -413,6 +413,10 @@ class ProcessGroup(Extension):
         ]
         return {"restarts": 0, "members": members, **(self._machines.about() if self._machines else {})}
 
+    def about(self) -> Mapping[str, Any]:
+        """Return the network links of the main process, if nodes of ROS 2 may take part."""
+        return {} if self._membership is None else self._membership.about()
+
     def is_finished(self) -> bool:
         """Return whether every worker process has ended too."""
         return all(member.state is MemberState.ENDED for member in self.members)

@@ -209,6 +209,10 @@ class _Part(Extension):
         if self._graph.exit_code is ExitCode.TERMINATED and self._commands.code is not None:
             self._graph.exit_code = self._commands.code  # a recording's ledger has the end of the run, not of its share
 
+    def about(self) -> Mapping[str, Any]:
+        """Return the network links of this process, if nodes of ROS 2 may take part."""
+        return self._membership.about()
+
     def order_carried_out(self) -> None:
         """Report at once: if this process is killed now, its next life must know which nodes stay stopped."""
         self._writer.send(report=_report_data(self._graph, self._writer))

@@ -162,3 +162,19 @@ async def test_twenty_sessions_take_part():
                 f"/ros{number}" for number in range(20)
             }
     assert threading.active_count() < 50
+
+
+@pytest.mark.asyncio
+async def test_only_topics_of_the_patterns_pass():
+    port = free_port()
+    async with launch(ros2_at(port, topics=("/plan", "/robot/**")), Robot, inspect="narrow") as graph:
+        robot, topics = graph.node(Robot), graph.bus.topics
+        with rmw_session(port) as session:
+            ros = RmwNode(session, "ros")
+            words, plan = ros.publisher("/words", STRING), ros.publisher("/plan", INT64, LATCHED)
+            words(STRING.encode(String(data="kept out")))
+            plan(INT64.encode(Int64(data=1)))
+            assert await arrived(robot.arrived) == 1
+            await in_thread(lambda: ros.sees("/SS/", "%robot%get_parameters"))
+            assert (len(topics["/plan"].publishers), topics["/words"].publishers) == (1, [])
+            assert not [key for key in ros.graph if ros.zid not in key and ("/%map/" in key or "/%words/" in key)]

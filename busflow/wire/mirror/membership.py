@@ -74,6 +74,10 @@ class Membership(Extension):
             raise RuntimeError("the graph has not started")
         return self._barrier
 
+    def about(self) -> Mapping[str, Any]:
+        """Return the network links of this process, if nodes of ROS 2 may take part."""
+        return {} if self._mirror is None else self._mirror.links()
+
     def end(self) -> None:
         """Leave the run, after all nodes have ended."""
         if self._mirror is not None:
@@ -131,6 +135,10 @@ class Inspection(Extension):
             why = str(error) if known else f"{type(error).__name__}: {error}"
             self._log.warning(f"this run cannot be inspected: {why}")
             self.end()
+
+    def about(self) -> Mapping[str, Any]:
+        """Return the network links of this process, if nodes of ROS 2 may take part."""
+        return {} if self._mirror is None else self._mirror.links()
 
     def node_dismissed(self, unit: Unit) -> None:
         """Stop showing a node."""

@@ -41,6 +41,7 @@ from busflow.wire.queries.server import Answers, Question
 from busflow.wire.zenoh.keys import GRAPH, Token, TokenKind, split_name
 from busflow.wire.zenoh.qos_text import from_text, to_text
 from busflow.wire.zenoh.sender import SenderThread
+from busflow.wire.zenoh.session import links_of
 
 if TYPE_CHECKING:
     from busflow.bus.bus import AnyEndpoint
@@ -152,6 +153,10 @@ class Mirror:
         self._services.close()
         self._connection.sender.close()
         self._connection.replier.close()
+
+    def links(self) -> Mapping[str, Mapping[str, str]]:
+        """Return the network links of a run with nodes of ROS 2, as `links` by the session at their other end."""
+        return {"links": links_of(self._session)} if self._connection.describes_types else {}
 
     # For the barrier, which waits until all processes are linked.
 

@@ -187,6 +187,13 @@ def open_remote(network: Network, *, patience_s: float = 5.0) -> zenoh.Session:
     return _opened(_settings([], [str(end) for end in network.dials], patience_s) | network.settings())
 
 
+def links_of(session: zenoh.Session) -> dict[str, str]:
+    """Return the address at the other end of each link, by the id of the session there; "" has the session's own id."""
+    info: Any = session.info
+    ends = {str(link.zid): str(link.dst) for link in info.links()}
+    return {"": str(info.zid()), **ends}
+
+
 def _require_files() -> None:
     """Check that the process may open as many files as a session needs.
 
