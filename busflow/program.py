@@ -24,7 +24,7 @@ from busflow.errors import (
 )
 from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import LaunchDescription
-from busflow.launchfile.model.placement import Placement, ProcessLayout, placed
+from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import console_sink
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
@@ -73,6 +73,7 @@ def launch(
     sink = console_sink(sys.stderr, colour=False)
     graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
     graph.attach(_PlacementNote(graph))
+    _attach_programs(graph, ProcessLayout.ONE)
     return _observed(graph, record, inspect)
 
 
@@ -160,14 +161,13 @@ def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph
 
         inspectable(graph, inspect, network=ros2_network(graph.descriptions))
         attach_bridge(graph)
-    for each in graph.descriptions:
-        _attach_programs(graph, placed(each, ProcessLayout.ONE))
     return graph
 
 
-def _attach_programs(graph: Graph, placement: Placement) -> None:
+def _attach_programs(graph: Graph, layout: ProcessLayout) -> None:
     """Let the graph start the programs that are placed on its machine."""
-    if specs := placement.programs.get(placement.main):
+    placements = [placed(each, layout) for each in graph.descriptions]
+    if specs := [program for each in placements for program in each.programs.get(each.main, ())]:
         from busflow.programs.programs import attach_programs
 
         attach_programs(graph, specs)
@@ -257,6 +257,7 @@ def _environment(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
 
 
 def _run_to_end(graph: Graph, loop_factory: LoopFactory, group: ProcessGroup | None = None) -> ExitCode:
+    _attach_programs(graph, ProcessLayout.FILE if group else ProcessLayout.ONE)
     try:
         run_graph(graph, loop_factory=loop_factory)
     except NodeFailed:

@@ -8,7 +8,7 @@ import pytest
 
 import busflow
 from busflow import LaunchError, Node, publisher
-from busflow.errors import ExitCode, NotRunning
+from busflow.errors import ExitCode, NotRunning, ProgramFailed
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
 
@@ -57,3 +57,23 @@ def test_launch_runs_nodes_in_the_running_loop(capsys):
 
     assert asyncio.run(main()) == [1]
     assert "in this process" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("clock", ["", "clock: {mode: follow}\n"], ids=["system time", "follows /clock"])
+def test_run_starts_each_program_once(tmp_path, capfd, clock):
+    file = tmp_path / "run.yaml"
+    file.write_text(f"{clock}programs: {{driver: {{command: [echo, hello]}}}}")
+    assert busflow.run(file, inspect=False) is ExitCode.OK
+    assert capfd.readouterr().err.count("/driver: hello") == 1
+
+
+def test_failed_program_ends_block_of_launch(tmp_path):
+    file = tmp_path / "run.yaml"
+    file.write_text("programs: {driver: {command: [sh, -c, exit 3]}}")
+
+    async def block() -> None:
+        async with asyncio.timeout(60), busflow.launch(file):
+            await asyncio.Event().wait()
+
+    with pytest.raises(ProgramFailed, match="the program /driver ended with exit code 3"):
+        asyncio.run(block())

@@ -11,9 +11,10 @@ from typing import cast, get_origin
 from pydantic import ValidationError
 
 from busflow.errors import Fault, KeyPath, LaunchError
-from busflow.launchfile.model.keys import ORDERED, LaunchKeys, NodeKeys, Section
+from busflow.launchfile.model.keys import ORDERED, LaunchKeys, NodeKeys
 from busflow.launchfile.model.problems import Problems
 from busflow.launchfile.model.problems import problems as located
+from busflow.launchfile.model.section import Section
 from busflow.launchfile.yaml.scalar import flow, flow_words
 from busflow.launchfile.yaml.value import Value
 from busflow.text import nearest, printable

@@ -3,45 +3,18 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from busflow.bus.patterns import check_pattern
 from busflow.launchfile.model.description import GRACE_S, HANG_S, ClockMode, Compression, OnDrop
 from busflow.launchfile.model.network import Role
 from busflow.launchfile.model.ros2 import MOST_DOMAIN, Ros2Transport
-from busflow.node.supervision import Condition, OnExit, Restart, RestartPolicy
-from busflow.validation.annotations import StrictModel
-from busflow.validation.byte_sizes import PATTERN as SIZE_PATTERN
-from busflow.validation.byte_sizes import parse_size
-from busflow.validation.durations import PATTERN, parse_duration
+from busflow.launchfile.model.section import Bytes, Repeatable, RestartKeys, RestartValue, Seconds, Section
+from busflow.node.supervision import Condition, OnExit, Restart
 from busflow.validation.versions import check_requirement
-
-_ANY_DURATION = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
-Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _ANY_DURATION})]
-"""A duration: `50ms`, `1.5s`, or a number of seconds."""
-
-_ANY_SIZE = [{"type": "integer", "minimum": 1}, {"type": "string", "pattern": f"^{SIZE_PATTERN}$"}]
-Bytes = Annotated[int, BeforeValidator(parse_size), WithJsonSchema({"anyOf": _ANY_SIZE})]
-"""A size: `64MiB`, `1.5GB`, or a number of bytes."""
 
 Qos = str | dict[str, Any]
 """Name of a profile, or fields of one. `busflow.bus.qos` checks them."""
-
-
-class Section(StrictModel):
-    """A mapping of a launch file. `x-` keys are the user's own; an empty key counts as not stated."""
-
-    model_config: ClassVar[ConfigDict] = ConfigDict(defer_build=True)  # all of them at once, with the first file
-    later: ClassVar[Mapping[str, str]] = {}
-    """Keys that only later versions will know, each with what to do instead."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _stated(cls, data: object) -> object:
-        if not isinstance(data, Mapping):
-            return {} if data is None else data
-        members = cast("Mapping[str, object]", data).items()
-        return {key: value for key, value in members if value is not None and not key.startswith("x-")}
 
 
 class ArgumentKeys(Section):
@@ -65,16 +38,6 @@ class ArgumentKeys(Section):
         return self
 
 
-class Repeatable(Section):
-    """An entry that may be repeated, or left out."""
-
-    for_each: dict[str, list[Any]] = Field(
-        default_factory=dict[str, list[Any]],
-        description="Repeats the entry for each item of a list, as ${each.name}; several lists: for each combination.",
-    )
-    when: bool = Field(default=True, description="Whether to use it: `${args.camera}`, `${args.side == 'left'}`.")
-
-
 class TopicKeys(Repeatable):
     """The contract of a topic, by its final name."""
 
@@ -90,36 +53,6 @@ class TopicKeys(Repeatable):
     )
 
 
-def _shorter_first(pauses: list[float]) -> list[float]:
-    if pauses[0] > pauses[1]:
-        raise ValueError("the first pause comes before the longest")
-    return pauses
-
-
-_STANDARD = RestartPolicy()
-
-
-class RestartKeys(Section):
-    """When a node is restarted, and after how many restarts no more. `restart: on-failure` alone takes the defaults."""
-
-    policy: Restart = Field(description="When: never, on-failure, or always, also when its run() returns.")
-    max: int = Field(default=_STANDARD.most, ge=1, description="How many restarts within the window.")
-    backoff: Annotated[list[Seconds], Field(min_length=2, max_length=2), AfterValidator(_shorter_first)] = Field(
-        default=[_STANDARD.first_s, _STANDARD.longest_s],
-        description="The pause before the first restart, and the longest; it doubles in between.",
-    )
-    window: Seconds = Field(default=_STANDARD.window_s, description="The time in which the limit counts.")
-
-    def as_policy(self) -> RestartPolicy:
-        """Return the policy that the keys state."""
-        return RestartPolicy(self.policy, self.max, self.backoff[0], self.backoff[1], self.window)
-
-
-def _restart_word(data: object) -> object:
-    """`restart: on-failure` is short for a mapping with only that."""
-    return {"policy": data} if isinstance(data, str) else data
-
-
 class DefaultKeys(Section):
     """Defaults for the nodes of a file or a group."""
 
@@ -127,7 +60,7 @@ class DefaultKeys(Section):
     remap: dict[str, str] = Field(default_factory=dict, description="Topics renamed for this node: `imu: /imu/data`.")
     publishers: dict[str, Qos] = Field(default_factory=dict, description="QoS of what the node publishes, by topic.")
     subscriptions: dict[str, Qos] = Field(default_factory=dict, description="QoS of what it receives, by topic.")
-    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+    restart: RestartValue = Field(
         default=RestartKeys(policy=Restart.NEVER), description="What happens when the node fails or ends."
     )
     depends_on: dict[str, Condition] = Field(
@@ -191,7 +124,7 @@ class ProcessKeys(Section):
     env: dict[str, str | int | float | bool] = Field(
         default_factory=dict, description="Variables of its environment, beside those of the run."
     )
-    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+    restart: RestartValue = Field(
         default=RestartKeys(policy=Restart.NEVER), description="What happens when the process fails, hangs or ends."
     )
     hang: Seconds = Field(default=HANG_S, description="How long its event loop may stand still; .inf for ever.")
@@ -219,7 +152,7 @@ class ProgramKeys(Repeatable):
         default=GRACE_S,
         description="How long it may take to end after SIGINT, and again after SIGTERM, before SIGKILL.",
     )
-    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+    restart: RestartValue = Field(
         default=RestartKeys(policy=Restart.NEVER), description="What happens when the program fails or ends."
     )
     depends_on: dict[str, Condition] = Field(
