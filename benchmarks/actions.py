@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import asyncio
 import statistics
+import sys
 import time
 
 import busflow
 from busflow import ActionType, Message, Node, RunningGoal, action, action_client, client, service
 from busflow.msgs.std_srvs import Trigger
 
-ROUNDS, TIMES = 7, 500
+QUICK = "--quick" in sys.argv
+"""One short round: to see that everything works."""
+ROUNDS, TIMES = (1, 20) if QUICK else (7, 500)
 
 
 class Wave(ActionType, package="benchmarks"):

@@ -30,6 +30,7 @@ from busflow_assistant.page_index import PageIndex  # noqa: E402  # as above
 
 TESTS = ROOT / "assistant" / "tests"
 SETS = (TESTS / "questions.jsonl", TESTS / "questions_own.jsonl")
+FEW = 3
 BOOK = (ROOT / "docs",)
 """The whole book: docs with the tutorial in it."""
 
@@ -38,7 +39,7 @@ async def main() -> None:
     options = read_options()
     print(f"engine: {engine_name(options)}")
     for path in options.sets or SETS:
-        questions = read_questions(path)
+        questions = questions_of(path, options)
         scores = Scores(await ask_all(questions, options))
         print(f"\n== {path.name}: {len(questions)} questions (95 % intervals: Wilson)")
         print("\n".join(scores.lines()))
@@ -49,11 +50,17 @@ async def main() -> None:
         await show_times(options)
 
 
+def questions_of(path: Path, options: argparse.Namespace) -> Sequence[dict[str, Any]]:
+    """The questions of a set, or the first of them."""
+    return read_questions(path)[: FEW if options.quick else None]
+
+
 def read_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "--set", dest="sets", action="append", type=Path, help="a question set; default: both of assistant/tests"
     )
+    parser.add_argument("--quick", action="store_true", help=f"only {FEW} questions of a set: to see that all works")
     parser.add_argument("--pages", type=Path, default=TESTS / "pages", help="the folder of the sets' pages")
     parser.add_argument("--failures", type=int, default=0, metavar="N", help="show up to N questions that went wrong")
     parser.add_argument(
@@ -112,7 +119,7 @@ async def ask(graph: busflow.Graph, question: dict[str, Any], texts: PageTexts) 
 
 async def show_times(options: argparse.Namespace) -> None:
     """Print how long an answer takes from one page and from the whole book, for the questions of the first set."""
-    questions = read_questions(SETS[0])
+    questions = questions_of(SETS[0], options)
     print("\n== time of an answer")
     async with busflow.launch(*nodes(BOOK, options)) as graph:
         began = perf_counter()

@@ -19,10 +19,12 @@ from plugins.humanoid_simulator import HumanoidSimulator
 
 FOLDER = Path(__file__).parents[1] / "configs"
 CONFIG, MODEL = FOLDER / "lab_balance.yaml", FOLDER / "humanoid/lab.xml"
-ROBOT_S = 30.0
+QUICK = "--quick" in sys.argv
+"""One short round: to see that everything works."""
+ROBOT_S = 2.0 if QUICK else 30.0
 """How long the robot lives in a round."""
 PERIOD_S = 0.02
-ROUNDS = 7
+ROUNDS = 1 if QUICK else 7
 
 
 def physics() -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import platform
+import sys
 import timeit
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -25,7 +26,9 @@ from busflow.msgs.sensor_msgs import Image, Imu, JointState, LaserScan, PointClo
 from busflow.msgs.std_msgs import Float64MultiArray, Header, String
 from busflow.msgs.tf2_msgs import TFMessage
 
-ROUNDS = 60
+QUICK = "--quick" in sys.argv
+"""One short round: to see that everything works."""
+ROUNDS = 1 if QUICK else 60
 ROUND_S = 0.002
 HEADER = Header(frame_id="base_link")
 

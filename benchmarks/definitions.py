@@ -17,7 +17,9 @@ from busflow.definitions.library import Library
 
 PACKAGES = 10
 TYPES = 20
-ROUNDS = 10
+QUICK = "--quick" in sys.argv
+"""One short round: to see that everything works."""
+ROUNDS = 1 if QUICK else 10
 TEXT = '# A type.\n\nstd_msgs/Header header  # when\nfloat64[9] gains\nstring<=20 name "a"\nuint8 KIND=1\n'
 
 

@@ -172,7 +172,7 @@ async def kill(seconds: float, seed: int) -> None:
             running = [node.name for node in graph.report().nodes if node.state == "running"]
             name = chance.choice(running)
             killed[name] += 1
-            runtime_of(graph.node(name)).fail("benchmarks/humanoid.py", RuntimeError("killed at random"))
+            runtime_of(graph.node(name)).life.fail("benchmarks/humanoid.py", RuntimeError("killed at random"))
             await asyncio.sleep(0)
             others = {node.name: node.state for node in graph.report().nodes if node.name not in killed}
             if set(others.values()) - {"running"}:

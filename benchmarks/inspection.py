@@ -31,9 +31,11 @@ from busflow.wire.zenoh.session import open_session
 SIZES = {"8 B": 8, "320 B": 320, "64 KB": 65_536, "1 MB": 1 << 20, "6 MB": 6_220_800}
 RATES = {8: 1000, 320: 1000, 65_536: 1000, 1 << 20: 200, 6_220_800: 40}
 """Messages a second while latency is measured."""
-ROUNDS = 7
-PUBLISHES = 200_000
-SECONDS = 1.0
+QUICK = "--quick" in sys.argv
+"""One short round: to see that everything works."""
+ROUNDS, PUBLISHES, SECONDS = (1, 2_000, 0.02) if QUICK else (7, 200_000, 1.0)
+PATIENCE_S = 2.0 if QUICK else 20.0
+"""How long a message is waited for that may be lost."""
 
 
 class Source(Node):
@@ -90,7 +92,7 @@ def listen(kind: str, count: int) -> None:
         )
         way = session.declare_subscriber("raw", callback)
         print("listening", flush=True)
-        ended.wait(20)
+        ended.wait(PATIENCE_S)
         way.undeclare()
         session.close()
     else:
@@ -106,7 +108,7 @@ def listen(kind: str, count: int) -> None:
 async def send(kind: str, size: int, count: int, rate: float | None) -> dict[str, object]:
     """Publish so many messages, at a rate or as fast as it goes, to a listener in another process."""
     async with busflow.launch(Source, inspect="bench") as graph:
-        command = [sys.executable, __file__, "listen", kind, str(count)]
+        command = [sys.executable, __file__, "listen", kind, str(count), *(["--quick"] if QUICK else [])]
         listener = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE, limit=1 << 24)
         await listener.stdout.readline()
         await asyncio.sleep(0.2)
@@ -144,12 +146,13 @@ def crossings() -> None:
     print("\nto another process: latency in µs, and the rate of what arrived, beside Zenoh alone")
     heads = ("p50", "p99", "zenoh p50", "zenoh p99", "ratio", "msg/s", "zenoh", "ratio", "lost", "zenoh")
     print(f"{'':8}" + "".join(f"{head:>11}" for head in heads))
-    for name, size in SIZES.items():
+    for name, size in [*SIZES.items()][-1 if QUICK else 0 :]:
         found = {}
         for kind in ("busflow", "zenoh"):
             rate = RATES[size]
             paced = asyncio.run(send(kind, size, max(30, int(rate * SECONDS)), rate))
-            fast = asyncio.run(send(kind, size, 20_000 if size < 10_000 else 2_000 if size < 100_000 else 100, None))
+            count = 20_000 if size < 10_000 else 2_000 if size < 100_000 else 100
+            fast = asyncio.run(send(kind, size, 30 if QUICK else count, None))
             found[kind] = (median(paced["late_us"]), quantiles(paced["late_us"], n=100)[98], fast["rate"], fast["lost"])
         ours, theirs = found["busflow"], found["zenoh"]
         row = (*ours[:2], *theirs[:2], ours[0] / theirs[0], ours[2], theirs[2], ours[2] / theirs[2], ours[3], theirs[3])

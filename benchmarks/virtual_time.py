@@ -23,7 +23,11 @@ from plugins.sensor_publisher import SensorPublisher
 
 LAB = Path(__file__).parents[1] / "configs/lab1.yaml"
 IMU, JOINTS, NUMBER = Imu(), JointState(), Float64()
-ROUNDS = 7
+QUICK = "--quick" in sys.argv
+"""One short round: to see that everything works."""
+ROUNDS = 1 if QUICK else 7
+OF_ALL = 0.02 if QUICK else 1.0
+"""How much of the work is done."""
 
 
 class Source(Node):
@@ -90,6 +94,7 @@ def _rate(work: Callable[[], float]) -> float:
 
 def simulated(*what: Path | type[Node], seconds: float) -> float:
     """Simulated seconds per second of CPU time, without the start and the stop."""
+    seconds *= OF_ALL
 
     @virtual_time
     async def main() -> float:
@@ -106,9 +111,10 @@ def sleeping() -> float:
 
     @virtual_time
     async def main() -> float:
-        for _ in range(20_000):
+        times = round(20_000 * OF_ALL)
+        for _ in range(times):
             await asyncio.sleep(0.1)
-        return 20_000.0
+        return float(times)
 
     return main()
 
@@ -125,17 +131,19 @@ async def three_nodes() -> None:
 
 def seeds() -> float:
     trials = Trials(load(LAB), 1.0)
-    trials.run(range(50))
-    return 50.0
+    count = round(50 * OF_ALL)
+    trials.run(range(count))
+    return float(count)
 
 
 def calls() -> float:
     def nothing(_: object) -> None:
         pass
 
-    for _ in range(1_000_000):
+    times = round(1_000_000 * OF_ALL)
+    for _ in range(times):
         nothing(None)
-    return 1_000_000.0
+    return float(times)
 
 
 def tell(what: str, figure: float, unit: str = "") -> None:
@@ -150,7 +158,11 @@ def main() -> None:
     tell("  its two classes, with their defaults", simulated(SensorPublisher, SensorProcessor, seconds=200))
     tell("  the same graph, its messages made beforehand", simulated(Source, Processor, seconds=600))
     tell("  the same, with async handlers", simulated(Source, AsyncProcessor, seconds=600))
-    tell("explorations of a graph of three nodes, five ticks", best(lambda: exploring(three_nodes, 100)), "per CPU s")
+    tell(
+        "explorations of a graph of three nodes, five ticks",
+        best(lambda: exploring(three_nodes, round(100 * OF_ALL))),
+        "per CPU s",
+    )
     tell("runs of the lab for one second, each with a seed", best(seeds), "per CPU s")
 
 

@@ -1,4 +1,4 @@
-"""Shares: how much of one processor core a robot's graph takes while it runs."""
+"""Shares: how much of one processor core, and of the memory, a robot's graph takes while it runs."""
 
 from __future__ import annotations
 
@@ -37,10 +37,16 @@ def measure(contender: Contender, _case: str, effort: Effort) -> Sample:
             _await_start(run, Path(folder))
             began, before_s = time.perf_counter(), cpu_s(run.pid)
             time.sleep(seconds)
-            return {"%": 100 * (cpu_s(run.pid) - before_s) / (time.perf_counter() - began)}
+            share = 100 * (cpu_s(run.pid) - before_s) / (time.perf_counter() - began)
+            return {"%": share, "resident B": resident_bytes(run.pid)}
         finally:
             run.send_signal(signal.SIGINT)
             run.wait()
+
+
+def resident_bytes(pid: int) -> float:
+    """The memory that a process has now: Linux counts it in pages."""
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def _await_start(run: subprocess.Popen[bytes], folder: Path) -> None:
@@ -56,7 +62,7 @@ def _await_start(run: subprocess.Popen[bytes], folder: Path) -> None:
 RUNNING = "while it runs"
 QUESTION = Question(
     name="shares",
-    title="Share of a processor core",
+    title="Share of a processor core, and memory",
     explanation="`busflow run` of the project's own configurations, on real time, open to other terminals.",
     cases=[Case(RUNNING, "CPU time by time")],
     contenders=[

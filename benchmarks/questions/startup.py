@@ -68,6 +68,7 @@ CLI = ("-m", "busflow")
 CASES = [
     Case("--help", "Commands"),
     Case("check", "Commands"),
+    Case("run, to its first message", "Commands"),
     Case("run, for 1 ms", "Commands"),
     Case("a program", "From nothing to the end"),
 ]
@@ -76,7 +77,8 @@ QUESTION = Question(
     name="startup",
     title="Start-up",
     explanation=(
-        "A whole process, from its start to its end: commands on configs/lab1.yaml; a program that makes a graph and "
+        "A whole process, from its start to its end: commands on configs/lab1.yaml, one of which a node ends at the "
+        "first message; a program that makes a graph and "
         "ends when its first message has arrived. Of peers, what importing them takes."
     ),
     cases=CASES,
@@ -86,6 +88,7 @@ QUESTION = Question(
             {
                 "--help": (*CLI, "--help"),
                 "check": (*CLI, "check", "configs/lab1.yaml"),
+                "run, to its first message": (*CLI, "run", "benchmarks/starting/to_first_message.yaml"),
                 "run, for 1 ms": (*CLI, "run", "configs/lab1.yaml", "--for", "1ms"),
                 "a program": ("-c", FIRST_MESSAGE),
             },
