@@ -197,7 +197,7 @@ def _process_group(
     record: Wanted | None,
     event_loop: LoopName,
 ) -> ProcessGroup:
-    """Create the group of a graph's other processes, which end with it, and attach what runs beside them."""
+    """Create the group of a graph's other processes, which end with it, and attach the bridge to DDS."""
     from busflow.processes.process_group import ProcessGroup  # this import needs Zenoh
     from busflow.recording.recorder.options import spec_of
 
@@ -208,10 +208,8 @@ def _process_group(
         "record": spec_of(record, spread.record),
         "event_loop": event_loop,
     }
-    placement = placed(spread)
-    group = ProcessGroup(graph, placement, name=known_as, arguments=["run", file], outer=outer, args=args, **more)
+    group = ProcessGroup(graph, placed(spread), name=known_as, arguments=["run", file], outer=outer, args=args, **more)
     attach_bridge(graph)
-    _attach_programs(graph, placement)
     return group
 
 

@@ -85,7 +85,7 @@ def test_build_imports_no_other_dependency():
 
 def test_changed_messages_ask_for_a_new_install(clone):
     build(clone, "build_editable")
-    changed = clone / SOURCES / "std_msgs.py"
+    changed = clone / SOURCES / "std_msgs/values.py"
     changed.write_text(changed.read_text("utf-8").replace("class Bool(", "class Boolean("), "utf-8")
     with pytest.raises(UnknownType) as refused:
         read(clone / INSIDE, clone / SOURCES)

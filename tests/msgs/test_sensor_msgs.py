@@ -1,7 +1,7 @@
 """`sensor_msgs` reads a file when one of its types is named; `test_msgs.py` compares every field with ROS 2's.
 
-Tests of `camera.py`, `environment.py`, `joystick.py`, `motion.py`, `points.py`, `power.py`, `ranging.py` and
-`satellite.py`.
+Tests of `camera.py`, `environment.py`, `joystick.py`, `motion.py`, `multi_dof.py`, `points.py`, `power.py`,
+`ranging.py` and `satellite.py`.
 """
 
 import math

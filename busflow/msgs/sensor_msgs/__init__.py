@@ -13,7 +13,8 @@ if TYPE_CHECKING:
         TimeReference,
     )
     from busflow.msgs.sensor_msgs.joystick import Joy, JoyFeedback, JoyFeedbackArray
-    from busflow.msgs.sensor_msgs.motion import Imu, JointState, MagneticField, MultiDOFJointState
+    from busflow.msgs.sensor_msgs.motion import Imu, JointState, MagneticField
+    from busflow.msgs.sensor_msgs.multi_dof import MultiDOFJointState
     from busflow.msgs.sensor_msgs.points import ChannelFloat32, PointCloud, PointCloud2, PointField
     from busflow.msgs.sensor_msgs.power import BatteryState
     from busflow.msgs.sensor_msgs.ranging import LaserEcho, LaserScan, MultiEchoLaserScan, Range
@@ -23,7 +24,8 @@ _KINDS = {
     "camera": ("CameraInfo", "CompressedImage", "Image", "RegionOfInterest", "SetCameraInfo"),
     "environment": ("FluidPressure", "Illuminance", "RelativeHumidity", "Temperature", "TimeReference"),
     "joystick": ("Joy", "JoyFeedback", "JoyFeedbackArray"),
-    "motion": ("Imu", "JointState", "MagneticField", "MultiDOFJointState"),
+    "motion": ("Imu", "JointState", "MagneticField"),
+    "multi_dof": ("MultiDOFJointState",),
     "points": ("ChannelFloat32", "PointCloud", "PointCloud2", "PointField"),
     "power": ("BatteryState",),
     "ranging": ("LaserEcho", "LaserScan", "MultiEchoLaserScan", "Range"),

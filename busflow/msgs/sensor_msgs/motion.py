@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from busflow.interfaces.message import Float64Array, Length, Message, zeros
-from busflow.msgs.geometry_msgs import Quaternion, Transform, Twist, Vector3, Wrench
+from busflow.msgs.geometry_msgs import Quaternion, Vector3
 from busflow.msgs.std_msgs import Header
 
 
@@ -52,17 +52,3 @@ class JointState(Message, package="sensor_msgs"):
     """rad/s; m/s for a joint that slides."""
     effort: Float64Array = zeros()
     """The torque, N·m; the force, N, for a joint that slides."""
-
-
-class MultiDOFJointState(Message, package="sensor_msgs"):
-    """The state of joints that move in several directions at once.
-
-    Each sequence is as long as `joint_names`, or empty where nothing is known.
-    """
-
-    header: Header = Header()
-    joint_names: Sequence[str] = ()
-    transforms: Sequence[Transform] = ()
-    """Where each joint has taken what hangs on it."""
-    twist: Sequence[Twist] = ()
-    wrench: Sequence[Wrench] = ()

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from busflow.actions.endpoints import GoalServer
+from busflow.actions.names import SEND_GOAL
 from busflow.errors import MalformedMessage
 from busflow.wire.mirror.service_outlet import ServiceOutlet
 from busflow.wire.zenoh.keys import REMARKS, Attachment
@@ -67,5 +67,9 @@ def caller_of(gid: bytes) -> str:
 
 def forget_client(service: Service[Any, Any], gid: bytes) -> None:
     """Cancel the goals of a client of another process that has gone."""
+    if not service.name.endswith(SEND_GOAL):
+        return
+    from busflow.actions.endpoints import GoalServer  # here already, unless the process serves no action
+
     if isinstance(service.server, GoalServer):
         service.server.forget(caller_of(gid))
