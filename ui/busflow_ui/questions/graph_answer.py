@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from busflow.cli.commands import EndView, GraphView, NodeView, TopicView
 
 _UNSTATED: Mapping[str, Any] = {}
+_SEND_GOAL = "/_action/send_goal"
+"""Ending of the service by which ROS 2's graph names an action; its type ends in `_SendGoal`."""
 _COUNTS = ("delivered", "dropped", "queued", "depth", "overflow", "deadlines_missed")
 
 
@@ -128,10 +130,14 @@ def _service(service: TopicView, processes: Sequence[Mapping[str, Any]]) -> dict
     lines = [each for answer in processes for each in answer["services"] if each["name"] == service.name]
     servers = [line for each in lines for line in each["servers"]]
     clients = [line for each in lines for line in each["clients"]]
+    name = service.name.removesuffix(_SEND_GOAL)
+    is_action = name != service.name
+    hidden = any(part.startswith("_") for part in name.split("/"))
     return {
-        "name": service.name,
-        "type": service.type,
-        "hidden": service.hidden or service.type.startswith("rcl_interfaces/srv/"),
+        "name": name,
+        "type": service.type.removesuffix("_SendGoal") if is_action else service.type,
+        "is_action": is_action,
+        "hidden": hidden or service.type.startswith("rcl_interfaces/srv/"),
         "servers": servers or [{"node": end.node} for end in service.publishers],
         "clients": clients or [{"node": end.node} for end in service.subscriptions],
     }

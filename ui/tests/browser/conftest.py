@@ -38,7 +38,8 @@ ODD = f'''
 
 import time
 
-from busflow import Node, Parameters, QoS, publisher, subscription, timer
+from busflow import Node, Parameters, QoS, RunningGoal, action, publisher, subscription, timer
+from busflow.msgs.example_interfaces import Fibonacci
 from busflow.msgs.geometry_msgs import Twist
 from busflow.msgs.sensor_msgs import CompressedImage, Image
 from busflow.msgs.std_msgs import Float64, String
@@ -83,6 +84,10 @@ class Odd(Node):
     @subscription("odd/burst", qos=QoS(depth=1))
     def on_burst(self, message: String) -> None:
         """Do nothing."""
+
+    @action(Fibonacci, "~/count")
+    async def count(self, goal: RunningGoal[Fibonacci]) -> Fibonacci.Result:
+        return Fibonacci.Result(sequence=list(range(goal.request.order)))
 
     @subscription("cmd_vel")
     def drive(self, twist: Twist) -> None:

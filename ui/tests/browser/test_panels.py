@@ -4,6 +4,8 @@ import http.server
 import json
 import re
 import struct
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -95,6 +97,21 @@ def test_a_blocked_event_loop_is_said(stage: Stage, screenshot: Keep):
     banner.wait_for()
     screenshot(stage.page, "hang")
     banner.wait_for(state="detached")
+
+
+def test_an_action_is_drawn_with_its_goals(stage: Stage, screenshot: Keep):
+    goal = ("action", "send_goal", "odd/count", "example_interfaces/action/Fibonacci", "{order: 3}")
+    command = [sys.executable, "-P", "-m", "busflow", *goal]
+    subprocess.run(command, env=stage.place.environment, check=True, capture_output=True)
+    main = stage.view("Graph")
+    shown = main.get_by_label("Services and actions")
+    shown.check()
+    main.locator('[data-vertex="action /odd/count"]').dispatch_event("click")
+    main.locator(".details", has_text="Action/odd/count").wait_for()
+    main.locator(".details li", has_text="1 goal, 1 succeeded").wait_for()
+    screenshot(stage.page, "action")
+    shown.uncheck()
+    main.locator('[data-vertex="action /odd/count"]').wait_for(state="detached")
 
 
 # Driving.

@@ -172,6 +172,22 @@ def test_the_graph_has_counts_rates_and_timers():
     assert not nodes["/left/b"]["is_busflow"]
 
 
+def test_an_action_stands_for_its_services():
+    names = {"send_goal": "lab/action/Move_SendGoal", "get_result": "lab/action/Move_GetResult"}
+    ends = [
+        Token("ab", 0, at, TokenKind.SERVICE, "/", "arm", f"/arm/move/_action/{part}", type_, "RIHS01_0", "::,7:,:,:,,")
+        for at, (part, type_) in enumerate(names.items())
+    ]
+    goals = {"node": "/arm", "received": 2, "succeeded": 1, "running": 1}
+    answer = looked(0, 0).processes[0]
+    line = {"name": "/arm/move/_action/send_goal", "servers": [goals], "clients": []}
+    services = graph_answer(Moment(view(ends, [{**answer, "services": [line]}]), 1.0), None, {})["services"]
+    shown = [each for each in services if not each["hidden"]]
+    kind = {"name": "/arm/move", "type": "lab/action/Move", "is_action": True, "hidden": False}
+    assert shown == [{**kind, "servers": [goals], "clients": []}]
+    assert [each["name"] for each in services if each["hidden"]] == ["/arm/move/_action/get_result"]
+
+
 def test_the_first_look_has_no_rate():
     assert graph_answer(Moment(looked(10, 0), 1.0), None, {})["topics"][0]["rate_hz"] is None
 

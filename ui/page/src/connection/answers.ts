@@ -84,13 +84,28 @@ export interface GraphTopic {
   readonly losses: Readonly<Record<string, number>>;
 }
 
+/** An end of a service; of an action's also what became of the goals, where busflow's processes count them. */
 export interface ServiceEnd {
   readonly node: string;
+  /** Goals that a server has received. */
+  readonly received?: number;
+  /** Goals that a client has sent. */
+  readonly called?: number;
+  readonly rejected?: number;
+  readonly succeeded?: number;
+  readonly aborted?: number;
+  readonly canceled?: number;
+  readonly running?: number;
+  readonly queued?: number;
+  readonly left?: number;
+  readonly lost?: number;
 }
 
+/** A service, or an action. */
 export interface GraphService {
   readonly name: string;
   readonly type: string;
+  readonly is_action: boolean;
   readonly hidden: boolean;
   readonly servers: readonly ServiceEnd[];
   readonly clients: readonly ServiceEnd[];

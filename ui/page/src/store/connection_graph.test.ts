@@ -32,6 +32,20 @@ test("another server's graph has its nodes and topics", () => {
   assert.deepEqual(services.map(({ name, hidden }) => [name, hidden]), [["/mapper/save", false], ["/mapper/get_parameters", true]]);
 });
 
+test("an action of another server is known by the service of its goals", () => {
+  const found = new ConnectionGraph();
+  const names = ["/arm/move/_action/send_goal", "/arm/move/_action/get_result", "/_own/_action/send_goal"];
+  found.update({ advertisedServices: names.map((name) => ({ name, providerIds: ["/arm"] })) });
+  assert.deepEqual(
+    found.graph(CHANNELS).services.map(({ name, is_action, hidden }) => [name, is_action, hidden]),
+    [
+      ["/arm/move", true, false],
+      ["/arm/move/_action/get_result", false, true],
+      ["/_own", true, true],
+    ],
+  );
+});
+
 test("what is removed is gone, and what changes is replaced", () => {
   const found = known();
   found.update({ subscribedTopics: [{ name: "/scan", subscriberIds: ["/planner"] }], removedServices: ["/mapper/save", "/mapper/get_parameters"] });

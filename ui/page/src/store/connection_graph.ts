@@ -12,6 +12,9 @@ const HIDDEN = /(^|\/)_/;
 /** Services that each node of ROS 2 has. */
 const OF_PARAMETERS = /\/(describe_parameters|get_parameters|get_parameter_types|list_parameters|set_parameters|set_parameters_atomically|get_type_description)$/;
 
+/** Ending of the service by which ROS 2's graph names an action. */
+const SEND_GOAL = "/_action/send_goal";
+
 export class ConnectionGraph {
   readonly #published: NodesByName = new Map();
   readonly #subscribed: NodesByName = new Map();
@@ -86,5 +89,7 @@ export class ConnectionGraph {
 }
 
 function serviceOf(name: string, nodes: readonly string[]): GraphService {
-  return { name, type: "", hidden: OF_PARAMETERS.test(name), servers: nodes.map((node) => ({ node })), clients: [] };
+  const action = name.endsWith(SEND_GOAL) ? name.slice(0, -SEND_GOAL.length) : null;
+  const hidden = OF_PARAMETERS.test(name) || HIDDEN.test(action ?? name);
+  return { name: action ?? name, type: "", is_action: action !== null, hidden, servers: nodes.map((node) => ({ node })), clients: [] };
 }

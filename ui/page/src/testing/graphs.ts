@@ -53,7 +53,7 @@ export function topic(name: string, fields: Partial<GraphTopic> = {}): GraphTopi
 }
 
 export function service(name: string, fields: Partial<GraphService> = {}): GraphService {
-  return { name, type: "std_srvs/srv/Trigger", hidden: false, servers: [], clients: [], ...fields };
+  return { name, type: "std_srvs/srv/Trigger", is_action: false, hidden: false, servers: [], clients: [], ...fields };
 }
 
 export function graph(fields: Partial<Graph> = {}): Graph {

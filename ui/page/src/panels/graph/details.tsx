@@ -3,7 +3,7 @@ import type { ComponentChildren } from "preact";
 import { Icon } from "../../controls/icons";
 import type { GraphState, Session } from "../../store/session";
 import { EdgeDetails } from "./edge_details";
-import { edgeId, vertexId, type EdgeKind } from "./model";
+import { edgeId, serviceKind, vertexId, type EdgeKind } from "./model";
 import { NodeDetails } from "./node_details";
 import { ServiceDetails, TopicDetails } from "./topic_details";
 
@@ -34,7 +34,7 @@ function Selected(props: DetailsProps) {
   if (node !== undefined) return <NodeDetails {...props} node={node} />;
   const topic = topics.find(({ name }) => vertexId("topic", name) === selected);
   if (topic !== undefined) return <TopicDetails {...props} topic={topic} />;
-  const service = services.find(({ name }) => vertexId("service", name) === selected);
+  const service = services.find((each) => vertexId(serviceKind(each), each.name) === selected);
   if (service !== undefined) return <ServiceDetails {...props} service={service} />;
   for (const kind of EDGE_KINDS) {
     const is = (end: { node: string }, name: string) => edgeId(kind, end.node, name) === selected;

@@ -11,7 +11,7 @@ interface ListProps {
   readonly onSelect: (id: string) => void;
 }
 
-const TITLES: Readonly<Record<Vertex["kind"], string>> = { node: "Nodes", topic: "Topics", service: "Services", group: "Groups" };
+const TITLES: Readonly<Record<Vertex["kind"], string>> = { node: "Nodes", topic: "Topics", service: "Services", action: "Actions", group: "Groups" };
 
 export function List({ model, search, onSearch, onSelect }: ListProps) {
   const matches = matcher(search);

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { deliverKey, dropKey, publishKey } from "../../store/rates";
 import { chain, graph, node, publisher, service, subscription, topic } from "../../testing/graphs";
-import { edgeWidth, graphModel, topicRate, usefulGroupings, type Shown } from "./model";
+import { edgeWidth, goalsText, graphModel, topicRate, usefulGroupings, type Shown } from "./model";
 
 const USUAL: Shown = { grouping: "none", services: false, hidden: false };
 const NO_RATES = new Map<string, number>();
@@ -85,6 +85,33 @@ test("services are drawn on request, from client to server", () => {
     graphModel(all, NO_RATES, { ...USUAL, services: true }).edges.map(({ from, to }) => `${from} > ${to}`),
     ["node /client > service /reset", "service /reset > node /server"],
   );
+});
+
+test("actions are drawn with services, with the goals that run", () => {
+  const servers = [{ node: "/arm", received: 3, running: 1, succeeded: 2 }];
+  const all = graph({
+    nodes: [node("/arm"), node("/boss")],
+    services: [service("/arm/move", { type: "lab/action/Move", is_action: true, servers, clients: [{ node: "/boss" }] })],
+  });
+  assert.equal(graphModel(all, NO_RATES, USUAL).vertices.length, 2);
+  const { vertices, edges } = graphModel(all, NO_RATES, { ...USUAL, services: true });
+  assert.deepEqual(
+    edges.map(({ from, to, sentence }) => [from, to, sentence]),
+    [
+      ["node /boss", "action /arm/move", "/boss sends goals to /arm/move"],
+      ["action /arm/move", "node /arm", "/arm serves /arm/move"],
+    ],
+  );
+  const [action] = vertices;
+  assert.deepEqual([action!.id, action!.detail], ["action /arm/move", "1 running"]);
+  assert.equal(action!.sentence, "action /arm/move, lab/action/Move, 1 running");
+});
+
+test("the goals of an end are told apart by what became of them", () => {
+  assert.equal(goalsText({ node: "/arm", received: 1200, running: 0, succeeded: 1190, aborted: 10 }), "1\u202f200 goals, 1\u202f190 succeeded, 10 aborted");
+  assert.equal(goalsText({ node: "/boss", called: 1, running: 0, lost: 1 }), "1 goal, 1 lost");
+  assert.equal(goalsText({ node: "/reset", received: 4 }), "");
+  assert.equal(goalsText({ node: "/ros" }), "");
 });
 
 test("a topic stands with those who publish it", () => {

@@ -1,10 +1,10 @@
 /** The graph as it is drawn: vertices and edges with their looks, from the run's answer. Pure. */
-import type { Graph, GraphNode, GraphService, GraphTopic } from "../../connection/answers";
+import type { Graph, GraphNode, GraphService, GraphTopic, ServiceEnd } from "../../connection/answers";
 import { deliverKey, dropKey, publishKey, type RateTable } from "../../store/rates";
-import { counted, rateText } from "../../store/text";
+import { counted, countText, rateText } from "../../store/text";
 
 /** A group is a vertex where it is folded. */
-export type VertexKind = "node" | "topic" | "service" | "group";
+export type VertexKind = "node" | "topic" | "service" | "action" | "group";
 /** How a vertex stands: each has a sign of its own beside its colour. */
 export type Tone = "good" | "waiting" | "stopped" | "bad" | "none";
 export type Grouping = "none" | "namespace" | "process" | "machine";
@@ -70,6 +70,7 @@ const TONES: Readonly<Record<string, Tone>> = {
 };
 /** Topics that every node has: they say nothing of this graph. */
 const COMMON_TOPICS: ReadonlySet<string> = new Set(["/parameter_events", "/rosout"]);
+const GOAL_ENDS = ["running", "queued", "succeeded", "canceled", "aborted", "rejected", "left", "lost"] as const;
 const THINNEST = 1;
 const WIDEST = 7;
 
@@ -117,6 +118,18 @@ export function usefulGroupings(nodes: readonly GraphNode[]): readonly Grouping[
 export function topicRate(topic: GraphTopic, rates: RateTable): number | null {
   const known = topic.publishers.flatMap(({ node }) => rates.get(publishKey(topic.name, node)) ?? []);
   return known.length > 0 ? known.reduce((sum, rate) => sum + rate, 0) : topic.rate_hz;
+}
+
+export function serviceKind(service: GraphService): "service" | "action" {
+  return service.is_action ? "action" : "service";
+}
+
+/** Returns what became of the goals at an end of an action, or an empty text where nothing is known of them. */
+export function goalsText(end: ServiceEnd): string {
+  const goals = end.received ?? end.called;
+  if (goals === undefined || end.running === undefined) return "";
+  const ends = GOAL_ENDS.flatMap((word) => (end[word] ?? 0) > 0 ? `${countText(end[word] ?? 0)} ${word}` : []);
+  return [counted(goals, "goal"), ...ends].join(", ");
 }
 
 export function isHidden(topic: GraphTopic): boolean {
@@ -187,15 +200,18 @@ function topicVertex(topic: GraphTopic, rates: RateTable, group: string | null):
 }
 
 function serviceVertex(service: GraphService, group: string | null): Vertex {
+  const kind = serviceKind(service);
+  const running = service.servers.reduce((sum, end) => sum + (end.running ?? 0), 0);
+  const detail = service.is_action && running > 0 ? `${countText(running)} running` : "";
   return {
-    id: vertexId("service", service.name),
-    kind: "service",
+    id: vertexId(kind, service.name),
+    kind,
     name: service.name,
     label: within(group, service.name),
-    detail: "",
+    detail,
     tone: "none",
     group,
-    sentence: `service ${service.name}, ${service.type}`,
+    sentence: `${kind} ${service.name}, ${service.type}${detail === "" ? "" : `, ${detail}`}`,
   };
 }
 
@@ -249,7 +265,8 @@ function edge(ends: Ends, { rate, dropped, isDropping }: Traffic, sentence: stri
 }
 
 function serviceEdges(service: GraphService): Edge[] {
-  const id = vertexId("service", service.name);
+  const id = vertexId(serviceKind(service), service.name);
+  const [asks, answers] = service.is_action ? ["sends goals to", "serves"] : ["calls", "answers"];
   const of = (ends: Ends, sentence: string): Edge => ({
     id: edgeId(ends.kind, ends.node, ends.name),
     ...ends,
@@ -265,10 +282,10 @@ function serviceEdges(service: GraphService): Edge[] {
   const { name } = service;
   return [
     ...clients.map((node) =>
-      of({ kind: "call", from: vertexId("node", node), to: id, node, name }, `${node} calls ${name}`),
+      of({ kind: "call", from: vertexId("node", node), to: id, node, name }, `${node} ${asks} ${name}`),
     ),
     ...servers.map((node) =>
-      of({ kind: "serve", from: id, to: vertexId("node", node), node, name }, `${node} answers ${name}`),
+      of({ kind: "serve", from: id, to: vertexId("node", node), node, name }, `${node} ${answers} ${name}`),
     ),
   ];
 }

@@ -1,12 +1,12 @@
 /** Node details: its state, source, timers, ends and parameters, and the buttons that steer it. */
 import { useSignal } from "@preact/signals";
 import { Fragment, type ComponentChild } from "preact";
-import type { GraphNode, Timer } from "../../connection/answers";
+import type { GraphNode, GraphService, Timer } from "../../connection/answers";
 import type { Session } from "../../store/session";
 import { countText, rateText, secondsText } from "../../store/text";
 import { ParameterForm } from "../parameters/parameter_form";
 import { Heading, Link, Section, type DetailsProps } from "./details";
-import { edgeId, isHidden, toneOf, vertexId } from "./model";
+import { edgeId, isHidden, serviceKind, toneOf, vertexId } from "./model";
 import { Sign } from "./sign";
 
 const LEVELS = ["debug", "info", "warning", "error", "critical"];
@@ -32,25 +32,38 @@ export function NodeDetails({ session, state, node, onSelect }: DetailsProps & {
       {node.timers.length > 0 && <Timers timers={node.timers} />}
       <Ends title="Publishes" topics={node.publishers.filter((name) => !hidden.has(name))} node={node.name} kind="publish" onSelect={onSelect} />
       <Ends title="Receives" topics={node.subscriptions.filter((name) => !hidden.has(name))} node={node.name} kind="deliver" onSelect={onSelect} />
-      {own.length > 0 && (
-        <Section title="Services">
-          <ul class="ends">
-            {own.map(({ name }) => (
-              <li key={name}>
-                <Link id={vertexId("service", name)} onSelect={onSelect}>
-                  {name}
-                </Link>
-              </li>
-            ))}
-          </ul>
-        </Section>
-      )}
+      <Served title="Services" services={own.filter((service) => !service.is_action)} onSelect={onSelect} />
+      <Served title="Actions" services={own.filter((service) => service.is_action)} onSelect={onSelect} />
       {node.is_busflow && (
         <Section title="Parameters">
           <ParameterForm session={session} node={node.name} />
         </Section>
       )}
     </>
+  );
+}
+
+interface ServedProps {
+  readonly title: string;
+  readonly services: readonly GraphService[];
+  readonly onSelect: (id: string) => void;
+}
+
+/** The services or the actions that a node serves. */
+function Served({ title, services, onSelect }: ServedProps) {
+  if (services.length === 0) return null;
+  return (
+    <Section title={title}>
+      <ul class="ends">
+        {services.map((service) => (
+          <li key={service.name}>
+            <Link id={vertexId(serviceKind(service), service.name)} onSelect={onSelect}>
+              {service.name}
+            </Link>
+          </li>
+        ))}
+      </ul>
+    </Section>
   );
 }
 

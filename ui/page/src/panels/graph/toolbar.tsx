@@ -31,7 +31,7 @@ export function GraphToolbar({ graph, settings, grouping, onChange }: ToolbarPro
           </select>
         </label>
       )}
-      <Check label="Services" on={settings.services} onChange={(services) => onChange({ services })} />
+      <Check label="Services and actions" on={settings.services} onChange={(services) => onChange({ services })} />
       <Check label="Hidden" on={settings.hidden} onChange={(hidden) => onChange({ hidden })} />
     </div>
   );

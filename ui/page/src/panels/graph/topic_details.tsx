@@ -1,11 +1,11 @@
 /** Topic and service details: the ends of each, with what they count. */
 import { Fragment } from "preact";
-import type { GraphService, GraphTopic } from "../../connection/answers";
+import type { GraphService, GraphTopic, ServiceEnd } from "../../connection/answers";
 import { deliverKey, publishKey } from "../../store/rates";
 import { countText, rateText } from "../../store/text";
 import { Heading, Link, Section, type DetailsProps } from "./details";
 import { LastMessage } from "./last_message";
-import { edgeId, topicRate, vertexId } from "./model";
+import { edgeId, goalsText, topicRate, vertexId } from "./model";
 
 export function TopicDetails({ session, state, topic, onSelect }: DetailsProps & { readonly topic: GraphTopic }) {
   const rate = topicRate(topic, state.rates);
@@ -88,7 +88,7 @@ function EndTable({ names, rate, dropped = () => 0, id, onSelect }: EndTableProp
 export function ServiceDetails({ service, onSelect }: DetailsProps & { readonly service: GraphService }) {
   return (
     <>
-      <Heading kind="Service">
+      <Heading kind={service.is_action ? "Action" : "Service"}>
         <span class="mono">{service.name}</span>
       </Heading>
       <dl class="facts">
@@ -96,29 +96,36 @@ export function ServiceDetails({ service, onSelect }: DetailsProps & { readonly 
         <dd class="mono">{service.type}</dd>
       </dl>
       <Section title="Servers">
-        <NodeLinks names={service.servers.map((end) => end.node)} onSelect={onSelect} />
+        <NodeLinks ends={service.servers} onSelect={onSelect} />
       </Section>
       <Section title="Clients">
-        <NodeLinks names={service.clients.map((end) => end.node)} onSelect={onSelect} />
+        <NodeLinks ends={service.clients} onSelect={onSelect} />
       </Section>
     </>
   );
 }
 
 interface NodeLinksProps {
-  readonly names: readonly string[];
+  readonly ends: readonly ServiceEnd[];
   readonly onSelect: (id: string) => void;
 }
 
-function NodeLinks({ names, onSelect }: NodeLinksProps) {
-  if (names.length === 0) return <p class="quiet">None</p>;
+function NodeLinks({ ends, onSelect }: NodeLinksProps) {
+  if (ends.length === 0) return <p class="quiet">None</p>;
   return (
     <ul class="ends">
-      {[...new Set(names)].map((name) => (
+      {[...new Set(ends.map((end) => end.node))].map((name) => (
         <li key={name}>
           <Link id={vertexId("node", name)} onSelect={onSelect}>
             {name}
           </Link>
+          {ends
+            .filter((end) => end.node === name)
+            .map((end, at) => (
+              <span key={at} class="quiet small">
+                {goalsText(end)}
+              </span>
+            ))}
         </li>
       ))}
     </ul>

@@ -1,4 +1,4 @@
-/** Vertices as they are drawn: a node with its state, a topic with its rate, a service as a pill. */
+/** Vertices as they are drawn: a node with its state, a topic with its rate, a service as a pill, an action with its goals. */
 import type { Box } from "./layout";
 import type { Vertex } from "./model";
 import { SignPath } from "./sign";
@@ -50,5 +50,5 @@ export function VertexShape({ vertex, box, isSelected, isDim, isTabStop, onSelec
   );
 }
 
-/** Nodes are the roundest but for services, so that the three are told apart without their colours. */
-const ROUNDING: Readonly<Record<Vertex["kind"], number>> = { node: 10, topic: 2, service: 14, group: 4 };
+/** Nodes are the roundest but for services and actions, so that the four are told apart without their colours. */
+const ROUNDING: Readonly<Record<Vertex["kind"], number>> = { node: 10, topic: 2, service: 14, action: 18, group: 4 };
