@@ -1,6 +1,6 @@
 """How well, and how fast, the assistant answers: its question sets through the service of a running graph.
 
-    python benchmarks/assistant.py                    # both sets, the default engine, and the times
+    python benchmarks/assistant.py                    # all sets, the default engine, and the times
     python benchmarks/assistant.py --set FILE --pages DIR --failures 20
     python benchmarks/assistant.py --embedder DIR     # with a sentence-embedding model beside it
     python benchmarks/assistant.py --url http://127.0.0.1:11434/v1 --model qwen3:4b
@@ -29,7 +29,7 @@ from busflow_assistant.messages import AskText, Index  # noqa: E402  # as above
 from busflow_assistant.page_index import PageIndex  # noqa: E402  # as above
 
 TESTS = ROOT / "assistant" / "tests"
-SETS = (TESTS / "questions.jsonl", TESTS / "questions_own.jsonl")
+SETS = tuple(TESTS / f"questions{name}.jsonl" for name in ("", "_own", "_third", "_held_out"))
 FEW = 3
 BOOK = (ROOT / "docs",)
 """The whole book: docs with the tutorial in it."""
@@ -58,7 +58,7 @@ def questions_of(path: Path, options: argparse.Namespace) -> Sequence[dict[str, 
 def read_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
-        "--set", dest="sets", action="append", type=Path, help="a question set; default: both of assistant/tests"
+        "--set", dest="sets", action="append", type=Path, help="a question set; default: all of assistant/tests"
     )
     parser.add_argument("--quick", action="store_true", help=f"only {FEW} questions of a set: to see that all works")
     parser.add_argument("--pages", type=Path, default=TESTS / "pages", help="the folder of the sets' pages")

@@ -42,7 +42,7 @@ _SHOWN_BY = {
     ),
     AnswerKind.COUNT: either(r"\bhow (many|much)\b", r"(^|\b(the|what|which|m(ax|in)\w*|highest|lowest) )number of\b"),
     AnswerKind.AMOUNT: either(
-        rf"\bhow ({_SIZES})\b", r"\b(maximum|minimum|biggest|largest|smallest|highest|lowest|max|min)\b"
+        rf"\bhow ({_SIZES})\b", r"\b(maxim(?:um|al)|minim(?:um|al)|biggest|largest|smallest|highest|lowest|max|min)\b"
     ),
     AnswerKind.VERSION: either(r"\b(which|what) release\b", r"\bversion\b"),
     AnswerKind.DEFAULT: either(r"\bdefaults?\b", r"\bby itself\b", r"\bunless\b", r"\bif (i|you) (give|say|set) no\b"),

@@ -22,7 +22,7 @@ class Matched:
 
     term: Term
     variants: Mapping[str, float]
-    """Term of the index → how well it stands for the question's, up to 1."""
+    """Term of the index → how well it stands for the question's, up to 1; the best first."""
     rarity: float
     """The inverse document frequency of the term with its variants, from 0 to 1."""
 
@@ -33,7 +33,10 @@ class Matched:
 
     def best(self, terms: Mapping[str, int] | frozenset[str]) -> float:
         """Return how well some terms of a text have this one."""
-        return max((quality for variant, quality in self.variants.items() if variant in terms), default=0.0)
+        for variant, quality in self.variants.items():
+            if variant in terms:
+                return quality
+        return 0.0
 
 
 def match(question: AskedQuestion, index: SearchIndex) -> tuple[Matched, ...]:
@@ -53,7 +56,8 @@ def _matched(term: Term, index: SearchIndex) -> Matched:
         variants[slip] = SLIP
     close = [variant for variant, quality in variants.items() if quality >= 0.8] or list(variants)
     rarity = min((index.rarity(variant) for variant in close), default=1.0)
-    return Matched(term, variants, rarity)
+    best_first = dict(sorted(variants.items(), key=lambda each: -each[1]))
+    return Matched(term, best_first, rarity)
 
 
 def _variants(term: Term, one: str, index: SearchIndex) -> Iterator[tuple[str, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -30,7 +31,7 @@ class Ranked:
     """How close its meaning is to the question's, up to 1, where a model says so."""
 
 
-def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int], most: int = 300) -> list[int]:
+def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int], most: int = 200) -> list[int]:
     """Return the units of a scope that have a term of the question, those with most of it first."""
     weights: dict[int, float] = {}
     inside = scope if isinstance(scope, range | set | frozenset) else set(scope)
@@ -72,7 +73,9 @@ def _wholes(index: SearchIndex, numbers: Iterable[int], scope: Container[int]) -
         if unit.passage.shape in {PassageShape.TABLE, PassageShape.LIST} and len(units) > 1:
             span = Extent(units[0].span.start, units[-1].span.end)
             if len(span) <= LONGEST:
-                own = sum((each.own for each in units[1:]), units[0].own.copy())
+                own = Counter[str]()
+                for each in units:
+                    own.update(each.own)
                 head = frozenset(units[0].own) if unit.passage.shape is PassageShape.TABLE else frozenset[str]()
                 yield replace(units[0], span=span, own=own, near=units[0].near | head, whole=True)
 

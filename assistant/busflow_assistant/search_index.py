@@ -11,7 +11,7 @@ from functools import cached_property
 
 from busflow_assistant.markdown import plain
 from busflow_assistant.passages import Extent, Page, Passage, PassageShape
-from busflow_assistant.words import stem, terms
+from busflow_assistant.words import raw_words, stem, terms, terms_of
 
 _HEAD = re.compile(r"\$ |(?:class|def|async def) ")
 _KEY = re.compile(r"\s*(?:[-*+]\s+|\d+[.)]\s+)?(?:\*\*(?P<bold>.+?)\*\*|`(?P<name>[^`]+)`)", re.DOTALL)
@@ -58,6 +58,11 @@ class Citable:
     def letters(self) -> str:
         """The unit in small letters and digits, with single spaces between words and around all."""
         return letters(plain(self.text))
+
+    @cached_property
+    def stems(self) -> tuple[str, ...]:
+        """Its words in order, by their stems."""
+        return tuple(terms_of(word)[0] for word in raw_words(plain(self.text)))
 
     @cached_property
     def key(self) -> frozenset[str]:

@@ -109,6 +109,38 @@ def test_selection_is_answered_from_itself():
     assert (answer.answered, answer.scope) == (True, AnswerScope.SELECTION)
 
 
+DRIVER = """# Drivers
+
+Three rules hold for all. A driver is a small program.
+
+Two rules are for beginners.
+
+- Open the device late.
+- Close it early.
+
+`DRIVER_HOME` is where it lives.
+
+A wallboard ends each line. The line is a record. A record has a name. The name may be long, and is cut after as many
+letters as the screen has, which differs from one computer to another, and is written at the left edge of it, in red,
+without a frame.
+"""
+
+
+@pytest.mark.parametrize(
+    ("question", "wanted"),
+    [
+        ("What are the two rules for beginners?", ["Two rules", "Open the device late.", "Close it early."]),
+        ("Which environment variable says where the driver lives?", ["`DRIVER_HOME`"]),
+        ("What does the board end?", ["wallboard"]),
+        ("Is the line a record?", ["The line is a record. A record has a name."]),
+    ],
+)
+def test_first_citation_is_the_whole_evidence(question, wanted):
+    answer = Engine([read_page("driver.md", DRIVER)]).ask(question, page="driver.md")
+    assert answer.answered, answer.text
+    assert all(each in answer.citations[0].text for each in wanted), answer.citations[0].text
+
+
 def test_answer_from_outside_the_selection_says_so():
     answer = ask("which modes are there", selection="A pump moves water. It runs at 20 Hz")
     assert (answer.answered, answer.scope) == (True, AnswerScope.PAGE)
