@@ -10,7 +10,7 @@ from pathlib import Path
 from busflow_assistant.markdown import read_page
 from busflow_assistant.passages import Page
 
-SUFFIXES = frozenset({".md", ".markdown"})
+SUFFIXES = frozenset({".md", ".markdown", ".mdx"})
 
 
 @dataclass(frozen=True, slots=True)

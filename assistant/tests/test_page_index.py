@@ -90,6 +90,11 @@ def test_missing_file_is_left_out_with_the_reason(tmp_path: Path):
     assert found.left_out == ("gone.md: No such file or directory",)
 
 
+def test_pages_of_docusaurus_are_read(tmp_path: Path):
+    (tmp_path / "intro.mdx").write_text("# Intro\n\nIt begins here.\n")
+    assert [page.name for page in read_pages([str(tmp_path)], ReadingLimits()).pages] == ["intro.mdx"]
+
+
 def test_second_page_of_a_name_is_left_out(book: Path):
     found = read_pages([str(book / "one.md"), str(book)], ReadingLimits())
     assert [page.name for page in found.pages] == ["one.md", "deep/two.md"]
