@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +29,8 @@ _COLUMNS = (
     Column("STATE", folds=True),
 )
 _OF_PROGRAM = ("pid", "state", "restarts", "command")
-_PROGRAMS = Column("PROGRAMS", folds=True)
-"""The column before the last, if a run has programs."""
+_SHARED, _PROGRAMS = Column("SHARED", goes=2), Column("PROGRAMS", folds=True)
+"""Columns before the last, if a run has what they show."""
 _NS_PER_S = 1_000_000_000
 
 
@@ -39,7 +39,8 @@ _NS_PER_S = 1_000_000_000
 def ps(as_json: bool) -> None:
     """List the runs of this user on this machine; the exit code is 0 also if there are none.
 
-    A run whose event loop is blocked, or whose process is stopped, is listed as one that does not answer.
+    A run whose event loop is blocked, or whose process is stopped, is listed as one that does not answer. SHARED is the
+    memory through which its processes exchange large messages, if they do.
     """
     from busflow.wire.client.runs import ask_runs
 
@@ -51,9 +52,9 @@ def ps(as_json: bool) -> None:
     if not found:
         click.echo("nothing is running; start a graph in another terminal: busflow run FILE", err=True)
         return
-    has_programs = any(each.programs for each in found)
-    columns = (*_COLUMNS[:-1], _PROGRAMS, _COLUMNS[-1]) if has_programs else _COLUMNS
-    print_table((_row(each, programs=has_programs) for each in found), *columns)
+    more = {_SHARED: _shared, _PROGRAMS: _programs}
+    more = {column: cell for column, cell in more.items() if any(map(cell, found))}
+    print_table((_row(each, more.values()) for each in found), *_COLUMNS[:-1], *more, _COLUMNS[-1])
     for each in found:
         if each.silence:
             print_message(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")
@@ -70,7 +71,13 @@ def _as_json(present: PresentRun) -> dict[str, Any]:
         "state": present.state,
         "busflow": card.version,
         "processes": [
-            {"name": each["process"], "pid": each["pid"], "nodes": each["nodes"], "restarts": each.get("restarts", 0)}
+            {
+                "name": each["process"],
+                "pid": each["pid"],
+                "nodes": each["nodes"],
+                "restarts": each.get("restarts", 0),
+                "shared_memory": each.get("shared_memory", 0),
+            }
             for each in present.processes
         ],
         "programs": [{"name": each["program"], **{key: each[key] for key in _OF_PROGRAM}} for each in present.programs],
@@ -78,7 +85,7 @@ def _as_json(present: PresentRun) -> dict[str, Any]:
     }
 
 
-def _row(present: PresentRun, *, programs: bool) -> tuple[object, ...]:
+def _row(present: PresentRun, more: Iterable[Callable[[PresentRun], str]]) -> tuple[object, ...]:
     from busflow.clock import SystemClock
 
     card = present.run.card
@@ -86,8 +93,16 @@ def _row(present: PresentRun, *, programs: bool) -> tuple[object, ...]:
     nodes = "?" if present.nodes is None else present.nodes
     pids = ",".join(_pid(each) for each in present.processes) or card.pid
     file = short_path(card.file) if card.file else "-"
-    started = [", ".join(_program(each) for each in present.programs) or "-"] if programs else []
-    return present.run.name, file, pids, local_time(card.since_ns), _age(age_s), nodes, *started, present.state
+    cells = [cell(present) or "-" for cell in more]
+    return present.run.name, file, pids, local_time(card.since_ns), _age(age_s), nodes, *cells, present.state
+
+
+def _shared(present: PresentRun) -> str:
+    return f"{present.shared_memory / (1 << 20):.0f} MiB" if present.shared_memory else ""
+
+
+def _programs(present: PresentRun) -> str:
+    return ", ".join(map(_program, present.programs))
 
 
 def _program(program: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ and of messages read by the descriptions that the run offers.
   `mirror/mirror` shows every node and endpoint as tokens. A publisher has an `outlet`, which encodes only while
   another process subscribes; large messages leave through the thread of a `sender`, so that a slow reader never holds
   up the loop. All of them work with one `connection`: bus, session, senders, log and the way onto the loop.
+- Large messages lie in memory that the processes of a machine share (`shared_memory`); what travels is their place.
 - `mirror/remote_publishers` admits publishers of other processes, as far as they fit, through one `inlet` a topic: a
   ring that loses its oldest, a thread that drains it, and bursts that are published a few at a time as the nodes keep
   up. `mirror/late_joiners` asks publishers for more kept messages, if a subscription wants more than the inlet asked

@@ -47,7 +47,7 @@ def test_json_is_one_object_a_run(capsys: Captured):
     assert (answer["version"], answer["run"], answer["nodes"], answer["state"]) == (1, "imu_lab", 2, "running")
     assert Path(answer["file"]).is_absolute()
     assert answer["since"].endswith("+00:00")
-    assert process == {"name": "main", "pid": answer["pid"], "nodes": 2, "restarts": 0}
+    assert process == {"name": "main", "pid": answer["pid"], "nodes": 2, "restarts": 0, "shared_memory": 0}
 
 
 @pytest.mark.usefixtures("place")

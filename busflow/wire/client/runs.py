@@ -44,6 +44,11 @@ class PresentRun:
         return tuple(program for process in self.processes for program in process.get("programs", ()))
 
     @property
+    def shared_memory(self) -> int:
+        """Bytes of memory that its processes share, for large messages."""
+        return sum(process.get("shared_memory", 0) for process in self.processes)
+
+    @property
     def missing(self) -> Mapping[str, str]:
         """The machines that the run's own one is not linked to, and why."""
         machines = self._here.get("machines", {})

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from busflow.bus.bus import Bus
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.wire.queries.queries import Supports
+    from busflow.wire.shared_memory.arena import Arenas
+    from busflow.wire.shared_memory.neighbours import MemoryNeighbours
     from busflow.wire.zenoh.sender import SenderThread
 
 
@@ -30,6 +32,10 @@ class Connection:
     replier: SenderThread
     """A second such thread for calls and answers: they do not wait behind images for a reader that has stopped."""
     log: FilteringBoundLogger
+    arenas: Arenas
+    """The memory into which this process's publishers write large messages."""
+    neighbours: MemoryNeighbours
+    """The sessions that can read it."""
     on_loop: Callable[..., None]
     """Runs a function on the event loop, from any thread."""
     domain: int = DOMAIN

@@ -28,7 +28,9 @@ from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
-from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token
+from busflow.wire.shared_memory.place import MemoryPlace
+from busflow.wire.shared_memory.reader import MemoryReader
+from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, GID_AT, SEQUENCE, Attachment, Token
 from busflow.wire.zenoh.qos_text import as_qos, from_text
 
 if TYPE_CHECKING:
@@ -44,7 +46,9 @@ _BULKY_RING = 16
 _MOST_RING = 4096
 """The largest number, for subscriptions with a large depth."""
 _BATCH = 8
-"""Number of messages that are published before the handlers run, if every queue has room for them."""
+"""Number of messages that are published before the handlers run, if every queue has room for them. Of images, clouds
+and maps it is one, which is handled while the processor has it at hand.
+"""
 _PATIENCE_S = 5.0
 _LEAVE_DELAY_S = 0.05
 """Time before a publisher is removed after its token's end: its last messages may still be in the buffer."""
@@ -70,10 +74,12 @@ class Inlet:
         self.received: int = 0
         self.losses: Counter[str] = topic.losses
         self._topic, self._support, self._bus = topic, connection.supports(topic.type), connection.bus
-        self._log, self._on_loop = connection.log, connection.on_loop
+        self._log, self._on_loop, self._neighbours = connection.log, connection.on_loop, connection.neighbours
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
         """By gid, the publishers that keep nothing for late joiners and whose messages do not expire."""
+        self._memories: dict[bytes, MemoryReader] = {}
+        """By gid, what reads the messages that a publisher writes into shared memory."""
         self._ignored: set[bytes] = set()
         self._leaving: set[bytes] = set()
         self._numbers = numbers
@@ -83,6 +89,7 @@ class Inlet:
         self._emptying = self._closed = False
         self._feeder: asyncio.Task[None] | None = None
         session, support = connection.session, self._support
+        self._session = str(session.info.zid())
         key = connection.key(topic.name, support)
         kept = [each.endpoint.qos for each in topic.subscriptions]
         latched = max((qos.depth for qos in kept if qos.latched), default=0)
@@ -149,6 +156,7 @@ class Inlet:
     def _expel(self, gid: bytes) -> None:
         publisher = self._publishers.pop(gid, None)
         self._plain.pop(gid, None)
+        self._memories.pop(gid, None)
         self._late_joiners.forget(gid)
         if publisher is not None:
             publisher.close()
@@ -197,7 +205,8 @@ class Inlet:
     def _take(self, sample: zenoh.Sample | None) -> None:
         """Publish messages of the buffer for a limited time; the others wait until the loop has run other work."""
         dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
-        room = min([_BATCH, *(each.endpoint.qos.depth for each in subscriptions)])
+        most = 1 if self._support.is_bulky else _BATCH
+        room = min([most, *(each.endpoint.qos.depth for each in subscriptions)])
         started, handled = dispatcher.now(), 0
         try:
             while sample is not None:
@@ -298,19 +307,38 @@ class Inlet:
         """Return a sample's publisher and message; None if the message is not to be published."""
         self.received += 1
         attachment = sample.attachment
+        signature = b"" if attachment is None else attachment.to_bytes()
         try:
-            publisher = self._publisher_of(None if attachment is None else attachment.to_bytes())
-            return None if publisher is None else (publisher, self._support.decode(sample.payload.to_bytes()))
+            # A place may be overwritten soon, so it is read before anything else.
+            payload = self._fetched(signature) if len(signature) > ATTACHMENT_BYTES else sample.payload.to_bytes()
+            publisher = self._publisher_of(signature[:ATTACHMENT_BYTES])
+            if publisher is None:
+                return None
+            if payload is not None:
+                return publisher, self._support.decode(payload)
+            self.losses["lost"] += 1
         except MalformedMessage as error:
             self._skip(error)
         return None
+
+    def _fetched(self, signature: bytes) -> bytes | None:
+        """Return a message from the place behind its attachment; None if it is there no more."""
+        place, gid = MemoryPlace.decode(signature[ATTACHMENT_BYTES:]), signature[GID_AT:ATTACHMENT_BYTES]
+        reader = self._memories.get(gid) or MemoryReader(self._session)
+        if gid in self._publishers:
+            self._memories[gid] = reader
+        try:
+            return reader.read(place)
+        except OSError as error:
+            self._neighbours.withdraw(error)
+            return None
 
     def _skip(self, error: MalformedMessage) -> None:
         self.losses["malformed"] += 1
         if self.losses["malformed"] == 1:
             self._log.warning(f"a message on {self._topic.name} from another process is malformed: {error}")
 
-    def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
+    def _publisher_of(self, attachment: bytes) -> Publisher[Any] | None:
         """Return a message's publisher, or any if its gid is unknown; None if the message is not to be published."""
         known = decoded = None
         if attachment:
@@ -355,7 +383,8 @@ def _ring(topic: Topic[Any], support: TypeSupport) -> int:
 
 
 def _plain(session: zenoh.Session, key: str, ring: Any) -> Any:
-    return session.declare_subscriber(key, ring, allowed_origin=zenoh.Locality.REMOTE)
+    """Declare a subscription for messages, and for places in shared memory, in one ring that keeps them in order."""
+    return session.declare_subscriber(f"{key}/**", ring, allowed_origin=zenoh.Locality.REMOTE)
 
 
 def _latched(session: zenoh.Session, key: str, ring: Any, depth: int) -> Any:

@@ -38,6 +38,8 @@ from busflow.wire.mirror.token_intake import TokenIntake
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
 from busflow.wire.queries.server import Answers, Question
+from busflow.wire.shared_memory.arena import Arenas
+from busflow.wire.shared_memory.neighbours import MemoryNeighbours
 from busflow.wire.zenoh.keys import GRAPH, Token, TokenKind, split_name
 from busflow.wire.zenoh.qos_text import from_text, to_text
 from busflow.wire.zenoh.sender import SenderThread
@@ -81,15 +83,19 @@ class Mirror:
         self._supports = cache(TypeSupport)
         sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
         self._domain = card.domain
+        arenas, neighbours = Arenas(), MemoryNeighbours(session, self._on_loop, self._share, self._log)
         self._connection = Connection(
-            *(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop),
+            *(graph.bus, session, self._supports, sender, replier, self._log, arenas, neighbours, self._on_loop),
             domain=card.domain,
             describes_types=card.ros2_domain is not None,
         )
         self._intake = TokenIntake(graph.bus.dispatcher, self._on_loop, self._on_token, self._log)
         self._remote_publishers = RemotePublishers(self._connection)
         self._presence = Presence()
-        self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens, about)
+        self._questions = Questions(
+            *(graph, card, process, self._supports, self._history, self._presence.tokens),
+            about=lambda: {"shared_memory": self._connection.arenas.capacity, **about()},
+        )
         self._zid = str(session.info.zid())
         self._node_ids: dict[str, int] = {}
         self._ids = 0
@@ -123,6 +129,7 @@ class Mirror:
             self._intake.take(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
         self._graph.rosout.announce(self._rosout_durability())
+        self._connection.neighbours.begin()
 
         callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         everything = f"{GRAPH}/{self._domain}/**"
@@ -222,6 +229,7 @@ class Mirror:
                 self._outlets[end] = Outlet(
                     end, token, self._connection, expected=expected, on_open=self._presence.notify
                 )
+                self._share(end.topic)
             else:
                 self._outlets[end] = outlet = self._outlets.pop(former)
                 outlet.follow(end)
@@ -302,6 +310,7 @@ class Mirror:
             self._presence.note(text, token, alive=alive)
             if token.kind is TokenKind.SUBSCRIPTION:
                 self._expect(token.topic, has_come=alive)
+                self._share(token.topic)
 
     def _expect(self, topic: str, *, has_come: bool) -> None:
         """Make a topic's publishers hold messages for a new remote subscription, or no more after the last one."""
@@ -311,6 +320,12 @@ class Mirror:
         for end in local.publishers:
             if (outlet := self._outlets.get(cast("Publisher[Any]", end))) is not None:
                 outlet.expect(depth)
+
+    def _share(self, topic: str | None = None) -> None:
+        """Let the publishers of a topic, or of all topics, use shared memory if all its receivers can read that."""
+        for end, outlet in self._outlets.items():
+            if topic in (None, end.topic):
+                outlet.share(self._connection.neighbours.all_or_none(self._presence.receivers(end.topic)))
 
     def _handle(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is TokenKind.SERVICE:
@@ -381,6 +396,10 @@ class Presence:
     def deepest(self, topic: str) -> int:
         """Return the depth of the deepest subscription to a topic; 0 without any."""
         return max(self._depths.get(topic, {}).values(), default=0)
+
+    def receivers(self, topic: str) -> set[str]:
+        """Return the sessions with a subscription to a topic."""
+        return {self.tokens[text].session for text in self._depths.get(topic, ())}
 
     def notify(self) -> None:
         """Call the listeners."""

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,8 @@ from busflow.bus.statistics import EARLY, UNSENT
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
 from busflow.wire.mirror.held_messages import HeldMessages
-from busflow.wire.zenoh.keys import Token, attachment_bytes
+from busflow.wire.shared_memory.writer import MemoryWriter
+from busflow.wire.zenoh.keys import Token, attachment_bytes, memory_key
 from busflow.wire.zenoh.sender import LARGE, LARGEST
 
 if TYPE_CHECKING:
@@ -32,6 +34,18 @@ _BULKY = 8 * 1024
 """The size from which messages of types that are mostly bytes count as large: clouds, compressed images."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Pieces:
+    """An encoded message whose large arrays are not copied yet."""
+
+    pieces: Sequence[Any]
+    size: int
+
+    @property
+    def joined(self) -> bytes:
+        return b"".join(self.pieces)
+
+
 class Outlet:
     """Encodes and sends a publisher's messages while another process subscribes.
 
@@ -40,7 +54,9 @@ class Outlet:
 
     The event loop sends small messages with Zenoh's usual priority. With its first large message an outlet changes to
     the next lower priority, which only the sender's thread uses, and keeps it for all later messages, so that they stay
-    in order. Zenoh sends the higher priority first, and the loop never waits behind a message of many pieces.
+    in order. Zenoh sends the higher priority first, and the loop never waits behind a message of many pieces. From then
+    on messages are encoded in pieces, and their arrays are copied once: into shared memory, if all subscribers can read
+    it, or into the bytes that Zenoh takes.
 
     A process opens its inlet when it sees a topic's first publisher. So the outlet holds the first messages of a new
     publisher, and those published after the topic's first subscription has come, until every process has admitted the
@@ -71,8 +87,8 @@ class Outlet:
         self._connection, self._on_open = connection, on_open
         self.sent: int = 0
         session, support = connection.session, connection.supports(publisher.type)
-        key = connection.key(publisher.topic, support)
         self._publisher, self._support, self._gid = publisher, support, token.gid
+        self._key = connection.key(publisher.topic, support)
         self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
         self._wanted = self._closed = False
         latched = publisher.endpoint.qos.latched
@@ -82,16 +98,16 @@ class Outlet:
         self._held: HeldMessages | None = None
         self._limit = _BULKY if support.is_bulky else LARGE
         """Size from which messages count as large; 0 after the first large one, so that all do."""
-        self._declare_lower: Callable[[], zenoh.Publisher] | None = None
-        """Declares the publisher with the lower priority; None once it has. It is always None for a transient_local
-        publisher, because its type decides the priority.
-        """
+        self._encode_in_pieces: Callable[[Message], list[Any]] | None = None
+        """Set with the first large message, if the type has arrays and the publisher keeps none of its messages."""
+        self._memory = MemoryWriter(connection.arenas)
+        self._places: zenoh.Publisher | None = None
+        """Sends the places of messages in shared memory."""
         if latched:
-            self._zenoh_publisher = _latched(session, key, publisher, support)
+            self._zenoh_publisher = _latched(session, self._key, publisher, support)
             self._limit = 0 if support.is_bulky else LARGE
         else:
-            self._zenoh_publisher = _plain(session, key, publisher, zenoh.Priority.DATA)
-            self._declare_lower = partial(_plain, session, key, publisher, zenoh.Priority.DATA_LOW)
+            self._zenoh_publisher = _plain(session, self._key, publisher, zenoh.Priority.DATA)
         self._zenoh_publishers: list[_ZenohPublisher] = [self._zenoh_publisher]
         self._token = session.liveliness().declare_token(str(token))
         if latched:
@@ -124,6 +140,10 @@ class Outlet:
             self._room = depth
             self._install()
 
+    def share(self, sessions: Collection[str]) -> None:
+        """Use shared memory for large messages from now on, for these sessions; without any, use it no more."""
+        self._memory.share(sessions)
+
     def follow(self, publisher: Publisher[Any]) -> None:
         """Send the messages of this publisher, which replaces the former one after a restart of its node."""
         self._publisher = publisher
@@ -139,7 +159,7 @@ class Outlet:
         # The end of the references undeclares the Zenoh publishers without the interpreter's lock. `undeclare` of one
         # that keeps its messages holds the lock while it waits for a thread of Zenoh. If that thread needs the lock to
         # report listeners, both wait for ten seconds.
-        self._zenoh_publisher = None
+        self._zenoh_publisher = self._places = None
         self._zenoh_publishers.clear()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
@@ -188,14 +208,20 @@ class Outlet:
         if self._room:
             if self._held is None:
                 self._held = HeldMessages(self._connection, self._room, self._end_hold)
-            self._held.add(payload, attachment)
+            self._held.add(payload if isinstance(payload, bytes) else payload.joined, attachment)
         else:
             self._pass_on(payload, attachment)
 
-    def _encoded(self, message: Message) -> bytes:
-        payload = self._support.encode(message)
-        if len(payload) > LARGEST:
-            raise MalformedMessage(f"{len(payload):,} bytes are too large a message; {LARGEST:,} may be sent")
+    def _encoded(self, message: Message) -> bytes | _Pieces:
+        if self._encode_in_pieces is None:
+            payload = self._support.encode(message)
+            size = len(payload)
+        else:
+            pieces = self._encode_in_pieces(message)
+            size = sum(memoryview(piece).nbytes for piece in pieces)
+            payload = _Pieces(pieces, size)
+        if size > LARGEST:
+            raise MalformedMessage(f"{size:,} bytes are too large a message; {LARGEST:,} may be sent")
         return payload
 
     def _refuse(self, why: MalformedMessage) -> None:
@@ -206,22 +232,42 @@ class Outlet:
         if losses[UNSENT] == 1:
             self._log.warning(f"a message on {topic} cannot leave the process: {why}")
 
-    def _pass_on(self, payload: bytes, attachment: bytes) -> None:
+    def _pass_on(self, payload: bytes | _Pieces, attachment: bytes) -> None:
         self.sent += 1
-        if len(payload) < self._limit:
+        if isinstance(payload, _Pieces):
+            if self._sender.is_idle and self._memory.is_ready(payload.size):  # nothing to wait for or to overtake
+                self._put_pieces(payload, attachment)
+            else:
+                self._sender.hand(partial(self._put_pieces, payload, attachment), payload.size)
+        elif len(payload) < self._limit:
             self._put(payload, attachment)
         else:
             self._use_lower_priority()
             self._sender.hand(partial(self._put, payload, attachment), len(payload))
 
     def _use_lower_priority(self) -> None:
-        self._limit = 0
-        if self._declare_lower is not None:
-            self._zenoh_publisher, self._declare_lower = self._declare_lower(), None
+        """Change to the lower priority with the first large message, unless a transient_local type has decided it."""
+        if self._limit and not self._publisher.endpoint.qos.latched:
+            session, low = self._connection.session, zenoh.Priority.DATA_LOW
+            self._zenoh_publisher = _plain(session, self._key, self._publisher, low)
             self._zenoh_publishers.append(self._zenoh_publisher)
+            if self._support.is_heavy:
+                self._encode_in_pieces = self._support.encode_in_parts
+                self._places = _plain(session, memory_key(self._key), self._publisher, low)
+        self._limit = 0
+
+    def _put_pieces(self, payload: _Pieces, attachment: bytes) -> None:
+        """Send a message through shared memory, or whole."""
+        place = self._memory.write(payload.pieces, payload.size) if payload.size >= LARGE else None
+        if place is None:
+            self._put(payload.joined, attachment)
+        else:
+            self._put_by(self._places, b"", attachment + place.encode())
 
     def _put(self, payload: bytes, attachment: bytes) -> None:
-        zenoh_publisher = self._zenoh_publisher
+        self._put_by(self._zenoh_publisher, payload, attachment)
+
+    def _put_by(self, zenoh_publisher: _ZenohPublisher | None, payload: bytes, attachment: bytes) -> None:
         if zenoh_publisher is None:
             return
         try:
