@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from busflow.msgs.builtin_interfaces import Time
@@ -19,6 +19,8 @@ class Kind:
     make: Callable[[int, int], Any]
     """Of a size, with a number."""
     number: Callable[[Any], int]
+    is_shared: bool = True
+    """Whether the processes may share memory for it."""
 
 
 def _numbered(number: int) -> Header:
@@ -39,3 +41,4 @@ KINDS = {
     ),
     "imu": Kind(Imu, lambda _size, number: Imu(header=_numbered(number)), lambda message: message.header.stamp.sec),
 }
+KINDS["whole image"] = replace(KINDS["image"], is_shared=False)

@@ -100,6 +100,7 @@ def _found(file: Path, run: subprocess.Popen[bytes]) -> Sample:
 
 
 _BYTES = {"8 B": "number", "320 B": "block", "64 KB": "image", "1 MB": "image", "6 MB": "image"}
+_WHOLE = dict.fromkeys(("64 KB", "1 MB", "6 MB"), "whole image")
 CASES = [Case(name, name, "") for name in SIZES]
 
 QUESTION = Question(
@@ -109,13 +110,14 @@ QUESTION = Question(
         "From publish to the entry of the handler at a steady rate (1 kHz; 200 Hz for 1 MB, 40 Hz for 6 MB), wall "
         "time; then how many a second arrive when no more than 2,048 (64 of 64 KB, 12 of 1 MB, 6 of 6 MB) may be "
         "under way, and the CPU time of both processes for each. busflow hands a message to a node's handler: Int64, "
-        "UInt8MultiArray, and Image from 64 KB on. The others hand over bytes. The floor: bytes copied into shared "
-        "memory, a byte through a pipe, and copied out."
+        "UInt8MultiArray, and Image from 64 KB on, which goes through shared memory. The others hand over bytes. The "
+        "floor: bytes copied into shared memory, a byte through a pipe, and copied out."
     ),
     cases=CASES,
     contenders=[
         Contender("busflow", _BYTES),
         Contender("busflow, Imu", {"320 B": "imu"}, cases=frozenset({"320 B"})),
+        Contender("busflow, whole", _WHOLE, cases=frozenset(_WHOLE), note="through the socket"),
         Contender("Zenoh", needs=("zenoh",), note="raw, into a callback"),
         Contender("Zenoh, direct", needs=("zenoh",), note="called by the link's thread"),
         Contender("Zenoh, asyncio", needs=("zenoh",), note="onto an event loop, bytes"),
