@@ -268,6 +268,8 @@ class ProcessGroup(Extension):
         try:
             self._membership.begin()
             self._directory.write_card(self._card)
+            if network is not None and network.ros2 is not None:
+                self._log.info(str(network.ros2))
         except BaseException:
             self.end()
             raise

@@ -169,6 +169,8 @@ class Inspection(Extension):
         self._mirror = Mirror(self._graph, session, card, process, self._history)
         self._mirror.begin()
         directory.write_card(card)
+        if network is not None and network.ros2 is not None:
+            self._log.info(str(network.ros2))
         if name != self._name:
             self._log.info(f"other terminals find this run as {name}")
 

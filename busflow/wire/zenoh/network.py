@@ -36,6 +36,11 @@ class Ros2Network:
     is_router: bool = False
     """Whether the session stands in for the router that nodes of ROS 2 look for."""
 
+    def __str__(self) -> str:
+        at = ", ".join(self.dials or self.listens)
+        where = f"this run stands in for their router at {at}" if self.is_router else f"they meet at the router {at}"
+        return f"nodes of ROS 2 take part in domain {self.domain}: {where}"
+
 
 @dataclass(frozen=True, slots=True)
 class Network:
