@@ -41,8 +41,13 @@ def _listeners(port: int) -> Iterator[tuple[int, int]]:
 def _processes_with(inode: int) -> Iterator[tuple[int, str]]:
     """Yield PID and name of each process that has a socket open."""
     for process in (each for each in Path("/proc").iterdir() if each.name.isdigit()):
-        with suppress(OSError):
-            for file in Path(process, "fd").iterdir():
-                if str(file.readlink()) == f"socket:[{inode}]":
-                    yield int(process.name), Path(process, "comm").read_text().strip()
-                    break
+        with suppress(OSError):  # it is another user's, or has ended
+            if any(_leads_to(file, f"socket:[{inode}]") for file in Path(process, "fd").iterdir()):
+                yield int(process.name), Path(process, "comm").read_text().strip()
+
+
+def _leads_to(file: Path, target: str) -> bool:
+    try:
+        return str(file.readlink()) == target
+    except OSError:  # closed meanwhile
+        return False

@@ -59,11 +59,14 @@ async def test_tokens_and_queries_keep_their_order(intake: TokenIntake, seen: li
 
 
 async def test_a_token_that_changes_is_handled_once(intake: TokenIntake, seen: list[Any]):
+    errors: list[Any] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: errors.append(context))
     for alive in (True, False) * 1000:
         intake.take("a", alive)
     intake.take("b", True)
     await settled(intake)
     assert seen == [("a", False), ("b", True)]
+    assert errors == []
 
 
 async def test_too_many_tokens_are_one_line(
