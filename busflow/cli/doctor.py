@@ -191,6 +191,11 @@ def _about_machines(present: PresentRun) -> Iterator[Problem]:
         text = f"the machine {name} is not linked" + (f": {reason}" if reason else "")
         fix = f"start it there: busflow run {short_path(present.run.card.file)} --machine {name}"
         yield Problem("machine-missing", text, fix.removesuffix(" --machine main"), severity=Severity.WARNING)
+    own = present.run.card.version
+    for name, theirs in present.versions.items():
+        if theirs != own:
+            text = f"the machine {name} has busflow {theirs}, and the run's own machine {own}"
+            yield Problem("other-version", text, "install one version on both", severity=Severity.WARNING)
 
 
 def _about_connections(present: PresentRun) -> Iterator[Problem]:

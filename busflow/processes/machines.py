@@ -7,8 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import busflow
 from busflow.launchfile.check.credentials import credentials_of
 from busflow.launchfile.model.placement import MAIN, machine_of, process_name
+from busflow.text import printable
+from busflow.validation.versions import work_together
 from busflow.wire.machines.probe import why_not_linked
 from busflow.wire.zenoh.network import Network
 
@@ -36,6 +39,8 @@ class _Machine:
     changed_s: float = 0.0
     reason: str = ""
     """Last logged reason why the machine is not linked."""
+    version: str = ""
+    """Its version of busflow; empty as long as it is unknown."""
 
 
 class Machines:
@@ -83,6 +88,19 @@ class Machines:
         machine.was_linked = machine.was_linked or there
         self._changed.set()
 
+    def on_version(self, process: str, version: str) -> None:
+        """React to the version of busflow that a process of the run has; another one is logged as an error, once."""
+        machine = self._machines.get(name := machine_of(process))
+        if machine is None or process != process_name(name, MAIN) or machine.version == version:
+            return
+        machine.version, own = version, busflow.__version__
+        if not work_together(own, version):
+            shown = printable(version)
+            self._log.error(
+                f"the machine {name} has busflow {shown}, and this one {own}: they may misread each other; "
+                "install one version on both"
+            )
+
     def _on_double(self, *, there: bool) -> None:
         """React to another session with this machine's name: it is another run, or the token of a killed one."""
         if self._double_check is not None:
@@ -103,7 +121,10 @@ class Machines:
 
     def about(self) -> Mapping[str, Any]:
         """Return the states of the machines, as plain data for the answer to a query."""
-        states = {name: {"linked": each.linked, "reason": each.reason} for name, each in self._machines.items()}
+        states = {
+            name: {"linked": each.linked, "reason": each.reason, "version": each.version}
+            for name, each in self._machines.items()
+        }
         listen = self._spec.machines[self.own].listen
         return {"machine": self.own, "machines": states, "port": None if listen is None else listen.port}
 

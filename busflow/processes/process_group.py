@@ -264,6 +264,7 @@ class ProcessGroup(Extension):
             network=network,
             about=self._about,
             on_change=self._on_presence,
+            on_version=self._machines.on_version if self._machines else None,
         )
         try:
             self._membership.begin()

@@ -55,6 +55,12 @@ class PresentRun:
         return {name: how["reason"] for name, how in machines.items() if not how["linked"]}
 
     @property
+    def versions(self) -> Mapping[str, str]:
+        """The versions of busflow on the machines that the run's own one is linked to."""
+        machines = self._here.get("machines", {})
+        return {name: how["version"] for name, how in machines.items() if how["linked"] and how.get("version")}
+
+    @property
     def port(self) -> int | None:
         """The port at which the run's own machine listens for the others, if it does."""
         return self._here.get("port")

@@ -36,6 +36,7 @@ class Membership(Extension):
         network: Network | None = None,
         about: Callable[[], Mapping[str, Any]] = dict,
         on_change: Callable[[str, bool], None] | None = None,
+        on_version: Callable[[str, str], None] | None = None,
     ) -> None:
         """Create a member; it joins in `begin`.
 
@@ -48,10 +49,12 @@ class Membership(Extension):
             network: the links to other machines, if this process has them.
             about: returns the facts about the process that are not in its graph.
             on_change: called when another process has come, is gone or hangs.
+            on_version: called with the name of each process of the run and its version of busflow.
         """
         self._graph, self._directory, self._card = graph, directory, card
         self._process, self._socket, self._network = process, socket, network
-        self._about, self._on_change = about, on_change
+        self._about, self._on_change, self._on_version = about, on_change, on_version
+        self._shown_version: object = None
         self._mirror: Mirror | None = None
         self._barrier: Barrier | None = None
 
@@ -66,6 +69,10 @@ class Membership(Extension):
         self._mirror = Mirror(self._graph, session, self._card, self._process, history, self._about)
         self._mirror.begin()
         self._barrier = Barrier(self._mirror, session, self._process, on_change=self._on_change)
+        if self._on_version is not None:
+            from busflow.wire.mirror.versions import exchange_versions
+
+            self._shown_version = exchange_versions(session, self._process, self._card.version, self._on_version)
 
     @property
     def barrier(self) -> Barrier:

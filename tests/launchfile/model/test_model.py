@@ -1,4 +1,4 @@
-"""Tests of `description.py`, `keys.py` and `key_faults.py`.
+"""Tests of `description.py`, `keys.py`, `section.py` and `key_faults.py`.
 
 Those of `interface_folders.py` are in `tests/cli/interface/test_interface.py`.
 """
