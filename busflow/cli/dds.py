@@ -10,7 +10,14 @@ from busflow.cli.options.run import complete_runs
 _LAST_DOMAIN = 232
 
 
-@click.command()
+_EXAMPLES = """\b
+Examples:
+  busflow dds --domain 7
+  busflow dds --topics '/imu/*' --topics /cmd_vel
+  busflow dds --interface eth0"""
+
+
+@click.command(epilog=_EXAMPLES)
 @click.option("--run", metavar="NAME", shell_complete=complete_runs, help="The run, if there are several.")
 @click.option(
     "--domain",

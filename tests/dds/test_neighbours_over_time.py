@@ -34,6 +34,21 @@ def test_killed_neighbour_is_gone_and_comes_again(stage):
     assert stage.bridge.process.poll() is None
 
 
+def test_stopped_neighbour_delays_no_other(stage):
+    """A reliable reader that takes nothing keeps a writer waiting, and its messages are dropped in the end."""
+    stopped, other = stage.peer(), stage.peer()
+    stopped.do("read", topic="rt/picture", kind="Image")
+    other.do("read", topic="rt/speed", kind="Float64")
+    other.do("advertise", topic="rt/show", kind="Int64", latched=True)
+    other.said(got="rt/speed", value=1.5)
+    stopped.process.send_signal(signal.SIGSTOP)
+    for _ in range(10):
+        other.do("write", topic="rt/show", value=SIX_MB)
+        for _ in range(5):
+            other.said(got="rt/speed", value=1.5, after=other.mark())
+    stopped.process.send_signal(signal.SIGCONT)
+
+
 def test_killed_bridge_opens_again_by_hand(stage):
     stage.bridge.end(signal.SIGKILL)
     stage.open_bridge()
