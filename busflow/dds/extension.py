@@ -66,6 +66,7 @@ class BridgeProcess(Extension):
     @asynccontextmanager
     async def _living(self) -> AsyncGenerator[None]:
         living = asyncio.get_running_loop().create_task(self._live(), name="busflow.dds")
+        living.add_done_callback(self._on_end)
         try:
             yield
         finally:
@@ -78,6 +79,10 @@ class BridgeProcess(Extension):
                     self._child.kill()
                 task.cancel()
 
+    def _on_end(self, task: asyncio.Task[None]) -> None:
+        if not task.cancelled() and (error := task.exception()) is not None:
+            self._log.error(f"there is no bridge to DDS: {type(error).__name__}: {error}")
+
     async def _live(self) -> None:
         """Start the process, and start it again when it fails."""
         backoff, clock = Backoff(_LIFE), self._graph.clock
@@ -88,7 +93,11 @@ class BridgeProcess(Extension):
         while not self._ending:
             since_s = clock.seconds()
             command = busflow_command([*self._arguments, "--run", own.name])
-            self._child = Child(command, busflow_environment(os.environ), lambda: b"\n", self)
+            try:
+                self._child = Child(command, busflow_environment(os.environ), lambda: b"\n", self)
+            except OSError as error:
+                self._log.error(f"there is no bridge to DDS: its process cannot be started: {error}")
+                return
             code = await self._child.ended()
             self._child = None
             if self._ending or code == ExitCode.OK:
