@@ -98,7 +98,7 @@ class DdsBridge:
         self._unlisted: dict[bytes, int] = {}
         """By gid of an endpoint that no list of nodes has, though it will, when it came."""
         carriers = Carriers()
-        participant = Participant(domain, interface)
+        self._participant = participant = Participant(domain, interface)
         if not participant.is_confined:
             self.carried.warn("other machines can send to the sockets of DDS: this system cannot keep them out")
         self._peer = Peer(_AsProcess.of(run, domain))
@@ -139,6 +139,7 @@ class DdsBridge:
             intake.close()
         self._peer.close()
         self._sender.close()
+        self._participant.close()
 
     @property
     def _waits_for_list(self) -> bool:

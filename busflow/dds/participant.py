@@ -84,6 +84,11 @@ class Participant:
         self.gid: bytes = self.entity.guid.bytes
         self._topics: dict[tuple[str, Any], Topic[Any]] = {}
 
+    def close(self) -> None:
+        """Leave the domain at once, with all readers and writers, whatever still refers to them."""
+        self.entity.__del__()  # cyclonedds has no other method, and may call it again
+        self._domain.__del__()
+
     def reader(self, name: DdsName | str, carrier: Any, qos: WireQoS, data: bytes = b"") -> DataReader[Any]:
         """Return a new reader, which lives until it is not referred to any more."""
         return DataReader(self.entity, self._topic(name, carrier), qos=to_dds(qos, data, is_reader=True))

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -80,33 +80,18 @@ DOMAIN = "DOMAIN"
 """What stands for a domain in a command, before one is found."""
 
 
-class Program:
-    """A process whose lines on one of its streams are kept."""
+class Lines:
+    """Lines that arrive from elsewhere, and are kept."""
 
-    def __init__(self, *arguments: str, environment: dict[str, str] | None = None, log: bool = True) -> None:
-        """Start it; its lines are those of its log, on standard error, or else of its output."""
-        pipes = {"stderr" if log else "stdout": subprocess.PIPE}
-        self.process = subprocess.Popen(
-            [sys.executable, *arguments],
-            stdin=subprocess.PIPE,
-            text=True,
-            env={**os.environ, **(environment or {})},
-            **pipes,
-        )
+    def __init__(self) -> None:
         self.lines: list[str] = []
         self._arrived = threading.Condition()
         self._ended = False
-        self._stream: Any = self.process.stderr if log else self.process.stdout
-        self._thread = threading.Thread(target=self._read, daemon=True)
-        self._thread.start()
 
-    def _read(self) -> None:
-        for line in self._stream:
-            with self._arrived:
-                self.lines.append(line)
-                self._arrived.notify_all()
+    def add(self, line: str) -> None:
+        """Add a line."""
         with self._arrived:
-            self._ended = True
+            self.lines.append(line)
             self._arrived.notify_all()
 
     def wait_for(self, condition: str | Callable[[str], Any], *, after: int = 0) -> Any:
@@ -120,6 +105,53 @@ class Program:
             self._arrived.wait_for(lambda: self._ended or first(), timeout=PATIENCE_S)
             assert first(), f"{condition} never came: {self.lines[-30:]}"
             return first()
+
+
+class BridgeHere(Lines):
+    """A bridge in a thread of this process, so that it can be seen which of its lines run."""
+
+    def __init__(self, domain: int, environment: Mapping[str, str]) -> None:
+        """Open it for the run `robot`."""
+        from busflow.bus.patterns import Selection
+        from busflow.dds.bridge import DdsBridge
+        from busflow.wire.zenoh.run_directory import find_run
+
+        super().__init__()
+        self._bridge = DdsBridge(find_run("robot", environment), domain, Selection(), log=self.add)
+        self._thread = threading.Thread(target=self._bridge.serve, daemon=True)
+        self._thread.start()
+
+    def end(self, _number: int = signal.SIGINT) -> None:
+        """Close it."""
+        self._bridge.stop()
+        self._thread.join(PATIENCE_S)
+        self._bridge.close()
+
+
+class Program(Lines):
+    """A process whose lines on one of its streams are kept."""
+
+    def __init__(self, *arguments: str, environment: dict[str, str] | None = None, log: bool = True) -> None:
+        """Start it; its lines are those of its log, on standard error, or else of its output."""
+        pipes = {"stderr" if log else "stdout": subprocess.PIPE}
+        self.process = subprocess.Popen(
+            [sys.executable, *arguments],
+            stdin=subprocess.PIPE,
+            text=True,
+            env={**os.environ, **(environment or {})},
+            **pipes,
+        )
+        super().__init__()
+        self._stream: Any = self.process.stderr if log else self.process.stdout
+        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread.start()
+
+    def _read(self) -> None:
+        for line in self._stream:
+            self.add(line)
+        with self._arrived:
+            self._ended = True
+            self._arrived.notify_all()
 
     def end(self, number: int = signal.SIGINT) -> int:
         """Send a signal, and return the exit code."""
@@ -186,7 +218,7 @@ def own_domain() -> Iterator[int]:
 class Stage:
     """A run with its bridge, and peers in their domain."""
 
-    bridge: Program
+    bridge: Program | BridgeHere
 
     def __init__(self, domain: int, ending: ExitStack, folder: str, command: Sequence[str]) -> None:
         self.domain, self._ending, self._environment = domain, ending, {"BUSFLOW_RUNTIME_DIR": folder}
@@ -205,6 +237,15 @@ class Stage:
         bridge = self.start(Program, "-m", "busflow", "dds", "--run", "robot", "--domain", str(self.domain), *options)
         bridge.wait_for("see each other")
         return bridge
+
+    def open_bridge_here(self) -> BridgeHere:
+        """Open a bridge of the run in this process, whose environment has to be the run's."""
+        return self.start(BridgeHere, self.domain, self._environment)
+
+    @property
+    def environment(self) -> Mapping[str, str]:
+        """The variables by which the run is found."""
+        return self._environment
 
     def peer(self, enclave: str = "", *, domain: int | None = None) -> DdsPeer:
         """Start a program of DDS alone."""
@@ -251,10 +292,13 @@ def stage_of() -> Iterator[Callable[..., Stage]]:
         yield lambda *command: ending.enter_context(staged(*command))
 
 
+SCRIPT = f"{ROBOT}\nimport sys; sys.exit(busflow.run(Driver, inspect='robot'))"
+
+
 @pytest.fixture(scope="module")
 def stage() -> Iterator[Stage]:
     """A run, its bridge, and a domain for peers, for all tests of a module."""
-    with staged("-c", f"{ROBOT}\nimport sys; sys.exit(busflow.run(Driver, inspect='robot'))") as found:
+    with staged("-c", SCRIPT) as found:
         found.robot.wait_for("ready")
         found.bridge = found.open_bridge()
         yield found

@@ -5,9 +5,24 @@ They are those of `bridge.py`, `topics.py`, `services.py`, `calls.py`, `shown.py
 `known_types.py` in `test_idl.py`.
 """
 
+from collections.abc import Iterator
+
 import pytest
 
+from tests.dds.conftest import SCRIPT, Stage, staged
+
 FLOAT64 = "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a"
+
+
+@pytest.fixture(scope="module")
+def stage() -> Iterator[Stage]:
+    """A run and its bridge, which is in this process."""
+    with staged("-c", SCRIPT) as found, pytest.MonkeyPatch.context() as patch:
+        found.robot.wait_for("ready")
+        for name, value in found.environment.items():
+            patch.setenv(name, value)
+        found.bridge = found.open_bridge_here()
+        yield found
 
 
 @pytest.fixture(scope="module")
