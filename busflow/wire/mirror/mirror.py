@@ -82,7 +82,6 @@ class Mirror:
         self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # 0: a `LogBook` keeps the log's lines
         self._supports = cache(TypeSupport)
         sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
-        self._domain = card.domain
         arenas, neighbours = Arenas(), MemoryNeighbours(session, self._on_loop, self._share, self._log)
         self._connection = Connection(
             *(graph.bus, session, self._supports, sender, replier, self._log, arenas, neighbours, self._on_loop),
@@ -132,7 +131,7 @@ class Mirror:
         self._connection.neighbours.begin()
 
         callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
-        everything = f"{GRAPH}/{self._domain}/**"
+        everything = f"{GRAPH}/{self._connection.domain}/**"
         self._declared += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
 
     def hide(self, node: str) -> None:
@@ -273,7 +272,7 @@ class Mirror:
             type=support.name,
             hash=support.type_hash,
             qos=qos,
-            domain=self._domain,
+            domain=self._connection.domain,
         )
 
     def _token_of(self, end: MirroredEndpoint) -> Token:
@@ -288,7 +287,7 @@ class Mirror:
             self._ids += 1
             found = self._node_ids[name] = self._ids
             namespace, node = split_name(name)
-            token = Token(self._zid, found, found, TokenKind.NODE, namespace, node, domain=self._domain)
+            token = Token(self._zid, found, found, TokenKind.NODE, namespace, node, domain=self._connection.domain)
             self._nodes[name] = self._session.liveliness().declare_token(str(token))
         return found
 
