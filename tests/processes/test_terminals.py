@@ -84,7 +84,8 @@ def test_ps_lists_the_run_with_its_processes(busflow):
         ("left", 1, 0),
         ("right", 2, 0),
     }
-    assert told["processes"][0] == {"name": "main", "pid": told["pid"], "nodes": 1, "restarts": 0}
+    main = {"name": "main", "pid": told["pid"], "nodes": 1, "restarts": 0, "shared_memory": 0}
+    assert told["processes"][0] == main
     assert len({each["pid"] for each in told["processes"]}) == 3
 
 

@@ -25,7 +25,7 @@ def classes_of(name: str) -> tuple[str, list[type[Any]]]:
         InvalidInput: There is no such module, it has no types, or types of several packages.
     """
     folder = _imported(name)
-    found = [cls for cls in _types() if folder in Path(inspect.getfile(cls)).resolve().parents or _is_file(cls, folder)]
+    found = [cls for cls in _types() if (file := _file_of(cls)) and folder in (file, *file.parents)]
     packages = sorted({type_name(cls).partition("/")[0] for cls in found})
     if not packages:
         raise _refused(f"{printable(name)} has no message, service or action classes")
@@ -66,8 +66,11 @@ def _types() -> Iterator[type[Any]]:
                 yield cls
 
 
-def _is_file(cls: type[Any], file: Path) -> bool:
-    return Path(inspect.getfile(cls)).resolve() == file
+def _file_of(cls: type[Any]) -> Path | None:
+    try:
+        return Path(inspect.getfile(cls)).resolve()
+    except (OSError, TypeError):  # made by a program that is no file, or built in
+        return None
 
 
 def _refused(message: str) -> InvalidInput:

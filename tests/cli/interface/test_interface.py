@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from busflow import Message
 from busflow.cli import main
 from busflow.launchfile.model.interface_folders import name_folders
 from tests.definitions.test_library import write
@@ -260,6 +261,16 @@ def test_export_refuses_what_has_no_types(capsys):
     code, out = said(capsys, "interface", "export", "busflow.msgs", "--to", "ros")
     assert code == 2
     assert "has types of several packages" in out
+
+
+@pytest.mark.parametrize("module", ["__main__", "nowhere"])
+@pytest.mark.usefixtures("here")
+def test_classes_without_a_file_do_not_stop_export(module, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "__main__", type(sys)("__main__"))
+    names = {"__name__": module, "Message": Message}
+    exec("class Made(Message, package='made_here'): ...", names)  # noqa: S102  # as in a terminal
+    assert said(capsys, "interface", "export", "busflow.msgs.shape_msgs", "--to", "ros")[0] == 0
+    assert names["Made"]
 
 
 @pytest.mark.e2e
