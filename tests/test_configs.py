@@ -14,6 +14,8 @@ APART = {"textbook.yaml": "assistant"}
 CONFIGS = sorted(path for path in FOLDER.glob("*.yaml") if path.name not in APART)
 WARNED = {"lab_fall.yaml": {"the robot has fallen"}}
 """The warnings of a launch file that shows what goes wrong."""
+SLOW = ("humanoid", "lab_balance", "lab_fall")
+"""Launch files whose minute takes seconds: of 31 joints, or of physics."""
 each_config = pytest.mark.parametrize("config", CONFIGS, ids=lambda config: config.name)
 
 
@@ -29,8 +31,7 @@ def test_check_finds_nothing_even_when_strict(config, capsys):
 
 @pytest.mark.parametrize(
     "config",
-    # The humanoid's minute takes more than five seconds.
-    [pytest.param(each, marks=[pytest.mark.long] * each.stem.startswith("humanoid"), id=each.name) for each in CONFIGS],
+    [pytest.param(each, marks=[pytest.mark.long] * each.stem.startswith(SLOW), id=each.name) for each in CONFIGS],
 )
 @virtual_time
 async def test_it_runs_for_a_minute_and_loses_nothing(config):

@@ -7,7 +7,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from busflow.errors import InvalidDeclaration
-from busflow.interfaces.action import ActionType, derived_types
+from busflow.interfaces.action import ActionType, derived_types, written_type
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.interfaces.message import Int32Array, Length, Message, int32, type_name, zeros
 from busflow.msgs.geometry_msgs import Point
@@ -151,3 +151,8 @@ def test_bound_of_a_field_changes_the_hash():
     from typing import Annotated
 
     assert of(tuple[str, ...]) != of(Annotated[tuple[str, ...], Length(max=3)])
+
+
+def test_derived_type_comes_of_the_written_one():
+    assert written_type(derived_types(Fibonacci).send_goal) is Fibonacci
+    assert written_type(Point) is Point

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import Field, PrivateAttr, ValidationError, field_validator
+from pydantic import ConfigDict, Field, PrivateAttr, ValidationError, field_validator
 from pydantic.version import version_short
 
 from busflow.clock import Duration as ClockDuration
@@ -618,3 +618,15 @@ def test_private_attribute_is_no_field():
     message._note = "seen"
     assert message == Noted(number=1)
     assert message._note == "seen"
+
+
+def test_class_that_is_built_at_once_is_no_other():
+    class Eager(Message, package="made_here"):
+        model_config = ConfigDict(defer_build=False)
+        level: float = 0.5
+
+    assert (Eager().level, Eager(level=2).level, Eager.model_validate_json('{"level": 1}')) == (
+        0.5,
+        2.0,
+        Eager(level=1),
+    )

@@ -47,12 +47,14 @@ def recordings(tmp_path_factory):
     return first, second, soft
 
 
+@pytest.mark.long
 def test_one_seed_gives_same_bytes_in_two_processes(recordings):
     first, second, soft = map(Path.read_bytes, recordings)
     assert first == second
     assert first != soft
 
 
+@pytest.mark.long
 def test_recorded_fall_replays_exactly(recordings, capsys):
     assert main(["replay", str(recordings[0]), FALL]) == 0
     printed = capsys.readouterr().out
@@ -60,6 +62,7 @@ def test_recorded_fall_replays_exactly(recordings, capsys):
     assert "600 on /pelvis/pose" in printed
 
 
+@pytest.mark.long
 def test_diff_names_the_changed_gain(recordings, capsys):
     assert main(["bag", "diff", *map(str, recordings[::2]), "--topics", "/parameter_events"]) == 3
     assert "    new_parameters['ankle.p'].value.double_value: 1.4 -> 0.3\n" in capsys.readouterr().out

@@ -147,6 +147,7 @@ async def test_a_node_of_ros2_ends_and_returns():
         assert not topic.losses
 
 
+@pytest.mark.long
 @pytest.mark.asyncio
 async def test_twenty_sessions_take_part():
     port, said = free_port(), [str(number) for number in range(20)]

@@ -132,6 +132,7 @@ def test_generated_module_is_checked_and_renewed(here, capsys):
     assert said(capsys, *command, "--check") == (0, "")
 
 
+@pytest.mark.long
 def test_check_names_a_class_whose_file_has_changed(here, capsys):
     launch = "plugins: [plugins]\ninterfaces: [src]\nnodes:\n  gripper: {plugin: gripper}\n"
     write(here, {"run.yaml": launch, "plugins/gripper.py": GRIPPER.format(module=".msgs.grip_msgs")})
@@ -273,6 +274,7 @@ def test_classes_without_a_file_do_not_stop_export(module, capsys, monkeypatch):
     assert names["Made"]
 
 
+@pytest.mark.long
 @pytest.mark.e2e
 def test_generated_source_satisfies_pyright_strict(here, capsys):
     pytest.importorskip("pyright", reason="running the tests alone needs no type checker")

@@ -13,7 +13,8 @@ LIVES_S, LOSES_S = 3.0, 2.2
 
 
 @pytest.mark.timeout(180)
-@pytest.mark.parametrize("kills", [2, pytest.param(100, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("kills", [2, 100])
 def test_killed_recorders_lose_their_last_moments_only(kills):
     # In a process of its own, since it forks: pytest's may have threads.
     command = [sys.executable, SOAK, str(kills), str(LIVES_S), str(LOSES_S)]
