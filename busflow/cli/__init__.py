@@ -34,7 +34,7 @@ _COMMANDS = {
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
     "ui": ("", "Show a running graph in a browser."),
     "foxglove": ("", "Serve a running graph to Foxglove and Lichtblick."),
-    "dds": ("busflow.cli.dds:dds", "Let a running graph and nodes of ROS 2 that speak DDS see each other."),
+    "dds": ("busflow.cli.dds:dds", "Connect a running graph with nodes of ROS 2 that speak DDS."),
     "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
     "doctor": ("busflow.cli.doctor:doctor", "Check the running graphs, and what they need on this machine."),
     "interface": ("busflow.cli.interface:interface", "Look at message and service types."),

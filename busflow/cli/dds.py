@@ -30,7 +30,7 @@ Examples:
 @click.option("--interface", metavar="NAME", help="The network interface, such as eth0; else loopback.")
 @click.option("--voice", "pipe", type=int, hidden=True)
 def dds(run: str | None, domain: int, topics: tuple[str, ...], interface: str | None, pipe: int | None) -> None:
-    """Let a running graph and nodes of ROS 2 that speak DDS see each other.
+    """Connect a running graph with nodes of ROS 2 that speak DDS.
 
     Without --interface only nodes of this machine do.
     """

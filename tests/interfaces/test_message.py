@@ -620,7 +620,7 @@ def test_private_attribute_is_no_field():
     assert message._note == "seen"
 
 
-def test_class_that_is_built_at_once_is_no_other():
+def test_class_built_at_once_is_no_other():
     class Eager(Message, package="made_here"):
         model_config = ConfigDict(defer_build=False)
         level: float = 0.5
