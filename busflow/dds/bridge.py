@@ -89,7 +89,7 @@ class DdsBridge:
             InspectionUnavailable: the run does not answer, or DDS cannot open its sockets.
             InvalidName: no network interface has such a name.
         """
-        self.carried = Carried(log)
+        self.carried: Carried = Carried(log)
         self._selection = selection
         self._changed = threading.Event()
         self._ending = False

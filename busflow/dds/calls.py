@@ -62,8 +62,13 @@ class BridgeParts:
         carried: Carried,
         sender: SenderThread,
     ) -> None:
-        self.peer, self.session, self.participant, self.intake = peer, peer.session, participant, intake
-        self.carriers, self.carried, self.sender = carriers, carried, sender
+        self.peer: Peer = peer
+        self.session: zenoh.Session = peer.session
+        self.participant: Participant = participant
+        self.intake: Intake = intake
+        self.carriers: Carriers = carriers
+        self.carried: Carried = carried
+        self.sender: SenderThread = sender
         self._ids = 0
 
     def ends(self, kind: ServiceKind, *, is_server: bool) -> tuple[Any, Any, Any]:

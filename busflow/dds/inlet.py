@@ -42,7 +42,8 @@ class TopicInlet:
         Raises:
             UnknownType: DDS cannot describe the type.
         """
-        self.type, self.qos = type_, qos
+        self.type: ForeignType = type_
+        self.qos: WireQoS = qos
         self._name, self._participant, self._intake, self._carried = topic, participant, intake, carried
         self._carrier = carriers.of(type_)
         self._lock = threading.Lock()

@@ -75,7 +75,7 @@ class Participant:
         before = _open_files()
         try:
             self._domain = Domain(domain, text)
-            self.entity = DomainParticipant(domain, qos=Qos(Policy.Userdata(user_data(enclave="/"))))
+            self.entity: DomainParticipant = DomainParticipant(domain, qos=Qos(Policy.Userdata(user_data(enclave="/"))))
         except DDSException as error:
             where = "the loopback interface" if interface is None else f"the interface {interface}"
             raise InspectionUnavailable(f"DDS cannot join domain {domain} on {where}: {error.msg}") from None
