@@ -45,6 +45,7 @@ COMMANDS = {
 
 
 @pytest.mark.timeout(120)
+@pytest.mark.long
 @pytest.mark.parametrize("command", COMMANDS)
 def test_handler_without_end_is_named_and_ended(command, tmp_path):
     (tmp_path / "plugins").mkdir()

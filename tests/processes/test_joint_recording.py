@@ -30,6 +30,7 @@ def payloads(bag, topic):
     return [entry.channel.decode(entry.payload, Int64).data for entry in bag.entries([topic])]
 
 
+@pytest.mark.long
 def test_recording_matches_report_without_duplicates(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["run", str(LAB1), "rate_hz:=50", "--for", "2s", "--record", "run.mcap", "--report", "out.json"]) == 0

@@ -323,6 +323,7 @@ def test_doctor_names_connections_that_send_nothing(start: Callable, two: str, p
     assert arm.end() == 130
 
 
+@pytest.mark.long
 def test_nothing_but_tls_with_certificate_is_accepted(start: Callable, two: str, certificates: Path, port: int):
     arm = start(two, machine="arm")
     arm.wait_for("the machine main is not linked")
