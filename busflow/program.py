@@ -26,6 +26,7 @@ from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import console_sink
+from busflow.programs import attach_programs
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import LoopName, chosen_loop
@@ -73,7 +74,7 @@ def launch(
     sink = console_sink(sys.stderr, colour=False)
     graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
     graph.attach(_PlacementNote(graph))
-    _attach_programs(graph, ProcessLayout.ONE)
+    attach_programs(graph, [placed(each, ProcessLayout.ONE) for each in graph.descriptions])
     return _observed(graph, record, inspect)
 
 
@@ -164,15 +165,6 @@ def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph
     return graph
 
 
-def _attach_programs(graph: Graph, layout: ProcessLayout) -> None:
-    """Let the graph start the programs that are placed on its machine."""
-    placements = [placed(each, layout) for each in graph.descriptions]
-    if specs := [program for each in placements for program in each.programs.get(each.main, ())]:
-        from busflow.programs.programs import attach_programs
-
-        attach_programs(graph, specs)
-
-
 class _PlacementNote(Extension):
     """A log line if a launch file states several processes but all nodes run in one."""
 
@@ -255,7 +247,8 @@ def _environment(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
 
 
 def _run_to_end(graph: Graph, loop_factory: LoopFactory, group: ProcessGroup | None = None) -> ExitCode:
-    _attach_programs(graph, ProcessLayout.FILE if group else ProcessLayout.ONE)
+    layout = ProcessLayout.FILE if group else ProcessLayout.ONE
+    attach_programs(graph, [placed(each, layout) for each in graph.descriptions])
     try:
         run_graph(graph, loop_factory=loop_factory)
     except NodeFailed:

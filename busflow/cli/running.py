@@ -22,6 +22,7 @@ from busflow.launchfile.model.description import ClockMode, LaunchDescription, R
 from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.launchfile.model.ros2 import Ros2Spec
 from busflow.log import console_sink, json_sink
+from busflow.programs import attach_programs
 from busflow.ros2 import ros2_network
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import chosen_loop
@@ -102,7 +103,7 @@ class Run:
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
-                self._attach_programs(graph)
+                attach_programs(graph, [self._placement])
                 if self._group is None and self._record is not None:  # a group has each of its processes record itself
                     from busflow.recording.recorder.recorder import record_graph
 
@@ -139,13 +140,6 @@ class Run:
 
         show = None if self._inspect is False else self._show
         return simulated_graph([self._description], show=show, **self._options)
-
-    def _attach_programs(self, graph: Graph) -> None:
-        """Let this process start the programs that are placed on its machine."""
-        if specs := self._placement.programs.get(self._placement.main):
-            from busflow.programs.programs import attach_programs
-
-            attach_programs(graph, specs)
 
     def _show(self, graph: Graph) -> None:
         """Let other terminals inspect the graph, unless --no-inspect was given."""

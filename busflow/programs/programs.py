@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import ProgramFailed
-from busflow.launchfile.model.description import ClockMode
 from busflow.node.supervision import OnExit
 from busflow.programs.program import Program, ProgramOwner, ProgramState
 from busflow.runner.extension import Extension
@@ -24,13 +23,6 @@ if TYPE_CHECKING:
 
 _LEAVE_S = 1.5
 """Time beyond the graces of a program that killed processes, its keeper and the reading of its output may take."""
-
-
-def attach_programs(graph: Graph, specs: Sequence[ProgramSpec]) -> None:
-    """Let a graph start these programs, unless its time is simulated: programs live in real time alone."""
-    follows = any(each.clock.mode is ClockMode.FOLLOW for each in graph.descriptions)
-    if specs and (graph.clock.kind == "system" or follows):
-        graph.attach(Programs(graph, specs))
 
 
 class Programs(Extension):

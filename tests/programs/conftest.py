@@ -10,7 +10,7 @@ import pytest
 from busflow.launchfile.load.load import load
 from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import LogRecord
-from busflow.programs.programs import attach_programs
+from busflow.programs import attach_programs
 from busflow.runner.graph import Graph
 from tests.processes.conftest import Run, starting
 
@@ -83,7 +83,7 @@ class Launched:
         self.log = Log()
         self.graph = Graph([description], sinks=(self.log.write,))
         placement = placed(description, ProcessLayout.ONE)
-        attach_programs(self.graph, placement.programs[placement.main])
+        attach_programs(self.graph, [placement])
 
     def account(self, name: str) -> Any:
         """The report of a program."""
