@@ -11,7 +11,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import busflow
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NotRunning, ProcessFailed
 from busflow.launchfile.model.placement import Placement
 from busflow.node.supervision import Restart
@@ -24,8 +23,8 @@ from busflow.processes.worker_process import MemberState, ProcessOutcome, Worker
 from busflow.ros2 import ros2_network
 from busflow.runner.extension import Extension
 from busflow.text import printable
-from busflow.wire.mirror.membership import Membership
-from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
+from busflow.wire.mirror.membership import Membership, card_of
+from busflow.wire.zenoh.run_directory import RunDirectory
 from busflow.wire.zenoh.session import SOCKET, require_unix_sockets
 
 if TYPE_CHECKING:
@@ -250,11 +249,8 @@ class ProcessGroup(Extension):
         find_network = ros2_network(graph.descriptions, linked)
         network = linked if find_network is None else find_network()
         self._directory = RunDirectory.claim(self._name)
-        file = next((each.file for each in graph.descriptions), "")
-        name, now_ns = self._directory.path.name, graph.clock.now().nanoseconds
-        packages = {key: str(path) for each in graph.descriptions for key, path in each.packages.items()}
-        domain = network.ros2.domain if network is not None and network.ros2 is not None else None
-        self._card = RunCard(name, os.getpid(), now_ns, file, busflow.__version__, packages, domain)
+        name = self._directory.path.name
+        self._card = card_of(graph, name, since_ns=graph.clock.now().nanoseconds, network=network)
         self._membership = Membership(
             graph,
             self._directory.path,

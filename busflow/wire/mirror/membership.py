@@ -91,6 +91,14 @@ class Membership(Extension):
             self._mirror.close()
 
 
+def card_of(graph: Graph, name: str, *, since_ns: int, network: Network | None) -> RunCard:
+    """Return what the run of this graph, or of this main graph of several, says of itself."""
+    file = next((each.file for each in graph.descriptions), "")
+    packages = {key: str(path) for each in graph.descriptions for key, path in each.packages.items()}
+    domain = None if network is None or network.ros2 is None else network.ros2.domain
+    return RunCard(name, os.getpid(), since_ns, file, _version(), packages, domain)
+
+
 def inspectable(graph: Graph, name: bool | str = True, *, network: Callable[[], Network | None] | None = None) -> None:
     """Let this user's other terminals inspect a graph from its start to its end.
 
@@ -104,11 +112,10 @@ def inspectable(graph: Graph, name: bool | str = True, *, network: Callable[[], 
         network: returns the links to others than this user's terminals; called when the graph starts.
     """
     own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
-    file = next((each.file for each in graph.descriptions), "")
     topics = [topic for each in graph.descriptions for topic in each.topics]
     history = {topic.topic: topic.history for topic in topics if topic.history is not None}
     shown = own if name is True else str(name)
-    graph.attach(Inspection(graph, name=shown, file=file, history=history, network=network))
+    graph.attach(Inspection(graph, name=shown, history=history, network=network))
 
 
 class Inspection(Extension):
@@ -119,11 +126,10 @@ class Inspection(Extension):
         graph: Graph,
         *,
         name: str,
-        file: str,
         history: Mapping[str, int],
         network: Callable[[], Network | None] | None = None,
     ) -> None:
-        self._graph, self._name, self._file, self._history = graph, name, file, history
+        self._graph, self._name, self._history = graph, name, history
         self._network = network
         self._log = graph.log.bind("busflow")
         self._directory: RunDirectory | None = None
@@ -170,9 +176,7 @@ class Inspection(Extension):
 
         name, process = directory.path.name, SOCKET.removesuffix(".sock")
         started_ns = SystemClock().now().nanoseconds  # wall time, whatever clock the graph has
-        packages = {key: str(path) for each in self._graph.descriptions for key, path in each.packages.items()}
-        domain = network.ros2.domain if network is not None and network.ros2 is not None else None
-        card = RunCard(name, os.getpid(), started_ns, self._file, _version(), packages, domain)
+        card = card_of(self._graph, name, since_ns=started_ns, network=network)
         self._mirror = Mirror(self._graph, session, card, process, self._history)
         self._mirror.begin()
         directory.write_card(card)
