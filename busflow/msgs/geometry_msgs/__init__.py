@@ -4,8 +4,10 @@ Lengths are metres, angles radians, masses kilograms, forces newtons; frames are
 message adds the time and the frame; a `…WithCovariance` message adds how certain it is.
 """
 
-from importlib import import_module
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from busflow.msgs import read_on_demand
 
 if TYPE_CHECKING:
     from busflow.msgs.geometry_msgs.forces import Inertia, InertiaStamped, Wrench, WrenchStamped
@@ -124,13 +126,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Import the file of a type when it is first named (PEP 562): a Vector3 needs no polygon."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
+__getattr__: Callable[[str], Any] = read_on_demand(__name__, _HOMES)  # a Vector3 needs no polygon
 
 
 def __dir__() -> list[str]:

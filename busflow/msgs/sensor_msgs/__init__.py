@@ -1,7 +1,9 @@
 """`sensor_msgs`: what sensors measure, one file per kind of sensor."""
 
-from importlib import import_module
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from busflow.msgs import read_on_demand
 
 if TYPE_CHECKING:
     from busflow.msgs.sensor_msgs.camera import CameraInfo, CompressedImage, Image, RegionOfInterest, SetCameraInfo
@@ -65,13 +67,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Import the file of a type when it is first named (PEP 562): reading an Imu needs no camera."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
+__getattr__: Callable[[str], Any] = read_on_demand(__name__, _HOMES)  # reading an Imu needs no camera
 
 
 def __dir__() -> list[str]:

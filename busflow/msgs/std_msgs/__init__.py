@@ -3,8 +3,10 @@
 A wrapper says nothing about what its number means: prefer a message of your own with named fields.
 """
 
-from importlib import import_module
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from busflow.msgs import read_on_demand
 
 if TYPE_CHECKING:
     from busflow.msgs.std_msgs.arrays import (
@@ -114,13 +116,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Import the file of a type when it is first named (PEP 562): a Header needs no array."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
+__getattr__: Callable[[str], Any] = read_on_demand(__name__, _HOMES)  # a Header needs no array
 
 
 def __dir__() -> list[str]:
