@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from busflow.errors import BusflowError, UnknownType
-from busflow.interfaces.encoding.builtin_types import builtin_types
-from busflow.interfaces.encoding.description import SERVICE_EVENT_INFO, assemble, rihs01, service_types, types_in
-from busflow.interfaces.encoding.foreign import ForeignType
-from busflow.launchfile.model.interface_folders import library
-from busflow.wire.client.client import ServiceKind
-from busflow.wire.client.known_type import known_type
+from busflow.errors import BusflowError
+from busflow.wire.client.known_type import installed_service, known_type
 
 if TYPE_CHECKING:
     from busflow.dds.carried import Carried
-    from busflow.wire.client.client import Peer
+    from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.wire.client.client import Peer, ServiceKind
 
 
 class KnownTypes:
@@ -48,21 +44,6 @@ class KnownTypes:
     def installed_service(self, name: str, type_name: str) -> ServiceKind | None:
         """Return a service of a type that this installation has, or None."""
         try:
-            request, response = (_installed(f"{type_name}_{part}") for part in ("Request", "Response"))
-            needed = builtin_types().within(SERVICE_EVENT_INFO)
-            needed |= {each["type_name"]: each for each in service_types(type_name)}
-            needed |= types_in(request.description) | types_in(response.description)
-            whole = rihs01(assemble(type_name, needed))
+            return installed_service(name, type_name)
         except (BusflowError, LookupError):
             return None
-        return ServiceKind(name, type_name, whole, request, response)
-
-
-def _installed(name: str) -> ForeignType:
-    files = library()
-    if name in files:
-        return files.foreign(name)
-    if name not in builtin_types():
-        raise UnknownType(f"no type {name}")
-    described = builtin_types().description(name)
-    return ForeignType(name, rihs01(described), described)

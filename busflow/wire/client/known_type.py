@@ -54,22 +54,35 @@ def known_service(peer: Peer, service: TopicView) -> ServiceKind:
     try:
         return peer.service(service.name)
     except NoSuchTarget:
-        from busflow.interfaces.encoding.description import rihs01
-        from busflow.interfaces.encoding.typesupport import TypeSupport
-        from busflow.wire.client.client import ServiceKind
-
-        (name, type_hash), files = service.kinds[0], library()
-        if name in files:
-            found = rihs01(files.description(name))
-            halves = files.foreign(f"{name}_Request"), files.foreign(f"{name}_Response")
-        elif (own := _class_of(name)) is not None:
-            found, halves = TypeSupport(own).type_hash, (_foreign(own.Request), _foreign(own.Response))
-        else:
-            known = [*(each for each in files.names if "/srv/" in each), *builtin_types().services]
+        name, type_hash = service.kinds[0]
+        found = installed_service(service.name, name)
+        if found is None:
+            known = [*(each for each in library().names if "/srv/" in each), *builtin_types().services]
             near = f"{did_you_mean(name, known)}; --interfaces DIR adds types"
             raise UnknownType(f"the run does not say what {printable(name)} is; {near}") from None
-        _require_version(name, type_hash, found)
-        return ServiceKind(service.name, name, found, *halves)
+        _require_version(name, type_hash, found.hash)
+        return found
+
+
+def installed_service(service: str, name: str) -> ServiceKind | None:
+    """Return a service whose type of this name definition files have, or busflow itself; None if it is in neither.
+
+    Raises:
+        InvalidDefinition: Its definition file has mistakes.
+    """
+    from busflow.interfaces.encoding.description import rihs01
+    from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.interfaces.message import ServiceType
+    from busflow.wire.client.client import ServiceKind
+
+    files = library()
+    if name in files:
+        halves = files.foreign(f"{name}_Request"), files.foreign(f"{name}_Response")
+        return ServiceKind(service, name, rihs01(files.description(name)), *halves)
+    own = _class_of(name)
+    if own is None or not issubclass(own, ServiceType):
+        return None
+    return ServiceKind(service, name, TypeSupport(own).type_hash, _foreign(own.Request), _foreign(own.Response))
 
 
 def _require_version(name: str, wanted: str | None, found: str) -> None:
