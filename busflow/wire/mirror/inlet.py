@@ -32,6 +32,7 @@ from busflow.wire.shared_memory.place import MemoryPlace
 from busflow.wire.shared_memory.reader import MemoryReader
 from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, GID_AT, SEQUENCE, Attachment, Token
 from busflow.wire.zenoh.qos_text import as_qos, from_text
+from busflow.wire.zenoh.sender import LARGE
 
 if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
@@ -46,8 +47,8 @@ _BULKY_RING = 16
 _MOST_RING = 4096
 """The largest number, for subscriptions with a large depth."""
 _BATCH = 8
-"""Number of messages that are published before the handlers run, if every queue has room for them. Of images, clouds
-and maps it is one, which is handled while the processor has it at hand.
+"""Number of messages that are published before the handlers run, if every queue has room for them. A large one ends
+the batch, so that it is handled while the processor has it at hand.
 """
 _PATIENCE_S = 5.0
 _LEAVE_DELAY_S = 0.05
@@ -205,8 +206,7 @@ class Inlet:
     def _take(self, sample: zenoh.Sample | None) -> None:
         """Publish messages of the buffer for a limited time; the others wait until the loop has run other work."""
         dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
-        most = 1 if self._support.is_bulky else _BATCH
-        room = min([most, *(each.endpoint.qos.depth for each in subscriptions)])
+        room = min([_BATCH, *(each.endpoint.qos.depth for each in subscriptions)])
         started, handled = dispatcher.now(), 0
         try:
             while sample is not None:
@@ -236,10 +236,12 @@ class Inlet:
     def _next_batch(self, sample: zenoh.Sample | None, room: int) -> tuple[list[zenoh.Sample], zenoh.Sample | None]:
         """Return as many samples as there is room for, and the one after them."""
         found: list[zenoh.Sample] = []
-        receive = self._arrivals.try_recv
+        receive, bulky = self._arrivals.try_recv, self._support.is_bulky
         try:
             while sample is not None and len(found) < room:
                 found.append(sample)
+                if bulky and _is_large(sample):
+                    room = len(found)
                 sample = receive()
         except zenoh.ZError:  # the session is closed
             sample = None
@@ -374,6 +376,11 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
     qos = as_qos(from_text(token.qos), most_depth=_MOST_DEPTH)
     origin = f"{token.node_name} (another process)"
     return Endpoint(token.node_name, topic.name, topic.type, qos, origin, topic.name, remote=True)
+
+
+def _is_large(sample: zenoh.Sample) -> bool:
+    size = len(sample.payload)
+    return size >= LARGE or not size  # which is the place of one in shared memory
 
 
 def _ring(topic: Topic[Any], support: TypeSupport) -> int:
