@@ -71,8 +71,9 @@ class Topic(DeliverySource, Generic[M]):
     """A name, its type, and its current publishers and subscriptions."""
 
     __slots__ = (
-        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "losses", "name", "publishers",
-        "publishers_added", "pushes", "recent", "since_ns", "subscriptions", "subscriptions_added", "taps", "type",
+        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "earlier", "losses", "name",
+        "publishers", "publishers_added", "pushes", "recent", "since_ns", "subscriptions", "subscriptions_added",
+        "taps", "type",
     )  # fmt: skip
 
     def __init__(
@@ -107,6 +108,8 @@ class Topic(DeliverySource, Generic[M]):
         `inbox_refused`. To other processes: `early` (published before another process that receives the topic had
         admitted the publisher) and `unsent` (too large, or not encodable).
         """
+        self.earlier: int = 0
+        """Messages of remote publishers that are in no `published`: they came because late joiners asked for them."""
         self._retired = 0
         """The number of messages published by publishers that have left."""
         self._arrived = 0
@@ -131,8 +134,8 @@ class Topic(DeliverySource, Generic[M]):
         present = [line if before is None else before + line for before, line in lines]
         return TopicStatistics(
             topic=self.name,
-            published=self.published,
-            arrived=self.arrived,
+            published=self.published + self.earlier,
+            arrived=self.arrived + self.earlier,
             losses=dict(self.losses),
             publishers=tuple(each.statistics() for each in self.publishers),
             subscriptions=(*present, *gone.values()),

@@ -174,9 +174,6 @@ def test_messages_during_broken_link_count_as_lost(start: Callable, two: str):
 
 
 @pytest.mark.long
-@pytest.mark.xfail(
-    strict=False, reason="now and then kept messages that came late count as dropped too; why is unknown"
-)
 def test_kept_messages_come_once_after_a_broken_link(start: Callable, two: str):
     kept = "topics: {numbers: {qos: {durability: transient_local, depth: 1000}}}\n"
     text = two.replace("subscriptions: {numbers: {depth: 1000}}", "") + kept
@@ -193,9 +190,11 @@ def test_kept_messages_come_once_after_a_broken_link(start: Callable, two: str):
     heard, published = arm.topic("/numbers"), main.topic("/numbers")["published"]
     lost = heard["losses"].pop("lost", 0)  # on a busy machine Zenoh may discard an answer that was overtaken
     assert heard["losses"] == {}
-    assert 10 < heard["published"] <= published - lost
+    assert 10 < heard["published"] <= published
+    assert sum(heard["published"] - line["published"] for line in heard["subscriptions"]) <= lost, "in either process"
     for line in heard["subscriptions"]:
-        assert line["published"] == line["delivered"] + line["dropped"] + line["queued"] == heard["published"]
+        assert line["published"] == line["delivered"] + line["queued"]
+        assert line["dropped"] == 0
 
 
 @pytest.mark.long

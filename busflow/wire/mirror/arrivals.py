@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
+    from busflow.bus.topic import Topic
 
 _MOST_PUBLISHERS = 256
 """Limit of the present publishers, and the same limit of those that have gone; senders without a token count too."""
@@ -33,14 +33,27 @@ class Arrivals:
     have gone are remembered, because after a broken link they come back with the same gid.
     """
 
-    def __init__(self, losses: Counter[str]) -> None:
-        """Create a record without publishers; missing messages are counted in `losses` as `lost`."""
+    def __init__(self, topic: Topic[Any]) -> None:
+        """Create a record without publishers; the topic counts missing messages as `lost`, kept ones as `earlier`."""
         self.last: dict[bytes, int] = {}
         """By present publisher, its highest number. The caller may record the next number here, without `note`."""
-        self._losses = losses
+        self._topic, self._losses = topic, topic.losses
         self._records: dict[bytes, _Record] = {}
         self._gone: dict[bytes, int] = {}
         """By publisher that has gone, its highest number."""
+        self._kept: dict[bytes, set[int]] = {}
+        """By publisher, the numbers that have come only because a late joiner asked for them."""
+
+    def note_kept(self, gid: bytes, numbers: Collection[int]) -> None:
+        """Count messages that came because a late joiner asked for them, unless they have come before."""
+        known = self._kept.setdefault(gid, set())
+        if len(self._kept) > 2 * _MOST_PUBLISHERS:
+            del self._kept[next(iter(self._kept))]
+        record, last = self._records.get(gid), self.last.get(gid, 0)
+        for number in set(numbers) - known:
+            if record is None or not record.first <= number <= last or self._fill(record, number):
+                known.add(number)
+                self._topic.earlier += 1
 
     def note(self, gid: bytes, sequence: int, *, ordered: bool = False) -> bool:
         """Record a message, and count the missing ones before it as lost; return False if it is not to be published.
@@ -50,13 +63,16 @@ class Arrivals:
         """
         numbers = self._gone if gid in self._gone else self.last
         last = numbers.get(gid)
+        if last is not None and sequence <= last:
+            return not ordered and self._fill(self._records[gid], sequence)
+        if sequence in (known := self._kept.get(gid, set())):
+            known.remove(sequence)
+            self._topic.earlier -= 1
         if last is None:
             if len(numbers) < _MOST_PUBLISHERS:  # there may be any number of unknown senders
                 numbers[gid] = sequence
                 self._records[gid] = _Record(sequence, [range(1, sequence)])
             return True
-        if sequence <= last:
-            return not ordered and self._fill(self._records[gid], sequence)
         numbers[gid] = sequence
         if missing := sequence - last - 1:
             gaps = self._records[gid].gaps
@@ -97,7 +113,7 @@ class Arrivals:
 
     def forget(self, gid: bytes) -> None:
         """Forget a publisher."""
-        for book in (self.last, self._gone, self._records):
+        for book in (self.last, self._gone, self._records, self._kept):
             book.pop(gid, None)
 
     def add(self, subscription: Subscription[Any], former: Subscription[Any] | None, present: Collection[Any]) -> None:

@@ -96,7 +96,7 @@ class Inlet:
         latched = max((qos.depth for qos in kept if qos.latched), default=0)
         ring = zenoh.handlers.RingChannel(_ring(topic, support))
         self._subscriber: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
-        self._late_joiners = LateJoiners(topic, key, self._publishers, connection, asked=latched)
+        self._late_joiners = LateJoiners(topic, key, self._publishers, connection, numbers=numbers, asked=latched)
         self._arrivals: Any = self._subscriber.handler  # the subscriber could not be undeclared during its own recv()
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()

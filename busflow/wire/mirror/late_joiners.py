@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
     from busflow.bus.topic import Receiver, Topic
     from busflow.clock import Clock
+    from busflow.wire.mirror.arrivals import Arrivals
     from busflow.wire.mirror.connection import Connection
 
 _PATIENCE_S = 2.0
@@ -47,6 +48,7 @@ class LateJoiners:
         publishers: Mapping[bytes, Publisher[Any]],
         connection: Connection,
         *,
+        numbers: Arrivals,
         asked: int,
     ) -> None:
         """Start without late joiners.
@@ -56,6 +58,7 @@ class LateJoiners:
             key: the Zenoh key of the topic's messages.
             publishers: the remote publishers that the inlet has admitted, by gid.
             connection: the session in which the publishers are asked.
+            numbers: the record of the topic's messages, which counts the kept ones.
             asked: how many kept messages the inlet's own subscriber asks of each publisher.
         """
         self.delivering: tuple[bytes, int] | None = None
@@ -63,7 +66,7 @@ class LateJoiners:
         self.first: dict[bytes, int] = {}
         """By publisher, the number of its earliest message known here."""
         self._topic, self._key, self._publishers, self._connection = topic, key, publishers, connection
-        self._asked = asked
+        self._numbers, self._asked = numbers, asked
         self._asked_so_far: dict[bytes, int] = {}
         """By publisher, how many kept messages were asked of it so far; without an entry it is `asked`."""
         self._gates: list[Gate] = []
@@ -174,6 +177,7 @@ class LateJoiners:
                 first = self.first.get(gid, max(items) + 1)
                 earlier = {number: items[number] for number in sorted(items) if number < first}
                 publisher.remember(tuple(earlier.values()))
+                self._numbers.note_kept(gid, earlier)
                 self._remembered.setdefault(gid, {}).update(earlier)
                 self.first[gid] = min(first, *items)
         if gate.target in self._topic.subscriptions:

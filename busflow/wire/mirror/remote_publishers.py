@@ -131,7 +131,7 @@ class RemotePublishers:
     def _inlet(self, topic: Topic[Any]) -> Inlet:
         found = self._inlets.get(topic.name)
         if found is None:
-            numbers = self._arrivals.setdefault(topic.name, Arrivals(topic.losses))
+            numbers = self._arrivals.setdefault(topic.name, Arrivals(topic))
             found = self._inlets[topic.name] = Inlet(topic, self._connection, numbers=numbers)
             for token in self._known_on(topic.name):
                 if str(token) in self._refused:

@@ -1,7 +1,6 @@
 """Publishers that go and come back with their link: nothing comes twice, and what is missing is counted."""
 
 import asyncio
-from collections import Counter
 from contextlib import asynccontextmanager
 from dataclasses import replace
 
@@ -9,6 +8,8 @@ import pytest
 import zenoh.ext
 
 from busflow import Durability, Node, QoS, publisher
+from busflow.bus.topic import Topic
+from busflow.clock import SystemClock
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Int64
 from busflow.wire.mirror.arrivals import Arrivals
@@ -182,7 +183,7 @@ async def test_a_publisher_back_at_once_stays(linked):
 
 
 async def test_a_full_record_forgets_its_oldest_entries():
-    arrivals = Arrivals(losses := Counter())
+    arrivals = Arrivals(topic := Topic("/map", Int64, SystemClock()))
     many = [number.to_bytes(16, "big") for number in range(1, 300)]
     for gid in many:
         assert arrivals.note(gid, 1)
@@ -190,6 +191,34 @@ async def test_a_full_record_forgets_its_oldest_entries():
     assert [arrivals.come(many[0]), arrivals.come(many[-1])] == [None, []]
     for number in range(3, 300, 2):
         assert arrivals.note(many[-1], number)
-    assert losses == {"lost": 149}
+    assert topic.losses == {"lost": 149}
     assert [arrivals.note(many[-1], number) for number in (2, 298)] == [False, True]
-    assert losses == {"lost": 148}
+    assert topic.losses == {"lost": 148}
+
+
+async def test_kept_messages_count_once_however_they_come():
+    arrivals, gid = Arrivals(topic := Topic("/map", Int64, SystemClock())), bytes(16)
+    arrivals.note_kept(gid, [1, 2, 3])
+    arrivals.note_kept(gid, [2, 3, 4])
+    assert topic.statistics().published == topic.statistics().arrived == 4
+    assert arrivals.note(gid, 4, ordered=True), "it comes by itself too, and is published"
+    assert topic.earlier == 3
+    assert arrivals.note(gid, 7, ordered=True)
+    assert topic.losses == {"lost": 2}
+    arrivals.note_kept(gid, [3, 4, 6, 7])
+    assert (topic.earlier, topic.losses) == (4, {"lost": 1}), "only the sixth is new, and lost no more"
+    arrivals.leave(gid)
+    assert arrivals.come(gid) == []
+    arrivals.note_kept(gid, [1, 2, 3, 6, 7])
+    assert topic.earlier == 4
+
+
+async def test_kept_messages_of_many_publishers_are_forgotten():
+    arrivals = Arrivals(topic := Topic("/map", Int64, SystemClock()))
+    many = [number.to_bytes(16, "big") for number in range(1, 600)]
+    for gid in many:
+        arrivals.note_kept(gid, [1])
+    arrivals.note_kept(many[-1], [1])
+    assert topic.earlier == 599
+    arrivals.note_kept(many[0], [1])
+    assert topic.earlier == 600, "it is a new one again"

@@ -10,8 +10,10 @@ import zenoh
 from busflow import Durability, Node, QoS, publisher
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Int64
+from busflow.processes.report import merged
 from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 from busflow.wire.zenoh.qos_text import to_text
+from tests.processes.test_report import Member, told
 
 pytestmark = pytest.mark.asyncio
 
@@ -227,3 +229,21 @@ async def test_kept_messages_asked_for_too_early_come_first(outside):
             assert await taken(subscription, 1) == [6]
             assert balances(subscription)
             answering.undeclare()
+
+
+async def test_kept_messages_that_came_late_are_no_drops(outside):
+    async with outside() as (looked, _others):
+        subscription = looked.graph.subscribe(Int64, "map", qos=latched(10))
+        with keeper(looked.peer.session, 1, 2, 3) as (publish, begin_to_answer):
+            await looked.ask(looked.peer.settle)  # here it has been asked, and did not answer
+            answering = await looked.ask(begin_to_answer)
+            await looked.ask(publish, 4)
+            assert await taken(subscription, 4) == [1, 2, 3, 4]
+            answering.undeclare()
+            source = told("/keeper", published=4)
+            source["topics"][0]["name"] = "/map"
+            report = merged(looked.graph.report(), [Member("elsewhere", ("/keeper",), report=source)], ["/keeper"])
+            (topic,) = (each for each in report.topics if each.name == "/map")
+            (line,) = topic.subscriptions
+            assert topic.published == line.published == line.delivered == 4
+            assert line.drops == {}
