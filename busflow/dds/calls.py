@@ -200,6 +200,11 @@ class NeighbourServer:
         )
 
     @property
+    def name(self) -> str:
+        """The full name of the service."""
+        return self._kind.name
+
+    @property
     def gids(self) -> tuple[bytes, bytes]:
         """The gids in DDS of its reader and its writer."""
         return self._reader.guid.bytes, self._writer.guid.bytes

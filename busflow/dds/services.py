@@ -57,9 +57,12 @@ class Services:
                 self._kinds[end.gid] = kind
 
     def gids(self, node: str, run: Sequence[Token]) -> tuple[frozenset[bytes], frozenset[bytes]]:
-        """Return the gids in DDS of the readers and of the writers of the servers of a node of the run."""
-        own = [str(token) for token in run if token.kind is TokenKind.SERVICE and token.node_name == node]
-        found = [server.gids for text in own if (server := self._servers.get(text)) is not None]
+        """Return the gids in DDS of the readers and of the writers of the servers and clients of a node of the run."""
+        own = [token for token in run if token.node_name == node]
+        servers = (self._servers.get(str(token)) for token in own if token.kind is TokenKind.SERVICE)
+        called = {token.topic for token in own if token.kind is TokenKind.CLIENT}
+        found = [server.gids for server in servers if server is not None]
+        found += [server.gids for server in self._neighbours.values() if server.name in called]
         return frozenset(reader for reader, _ in found), frozenset(writer for _, writer in found)
 
     def close(self) -> None:

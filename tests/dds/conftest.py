@@ -169,11 +169,11 @@ class Program(Lines):
 
 
 class DdsPeer(Program):
-    """A program of DDS alone, `peer.py`."""
+    """A program of DDS alone, `peer.py` or one that does more."""
 
-    def __init__(self, domain: int, enclave: str = "") -> None:
+    def __init__(self, domain: int, enclave: str = "", program: str = "peer.py") -> None:
         """Start it; with an enclave, it says that it is a participant of ROS 2, which lists its nodes."""
-        super().__init__(str(Path(__file__).with_name("peer.py")), str(domain), enclave, log=False)
+        super().__init__(str(Path(__file__).with_name(program)), str(domain), enclave, log=False)
         self.wait_for("ready")
 
     def do(self, what: str, **values: Any) -> None:
@@ -247,9 +247,9 @@ class Stage:
         """The variables by which the run is found."""
         return self._environment
 
-    def peer(self, enclave: str = "", *, domain: int | None = None) -> DdsPeer:
+    def peer(self, enclave: str = "", *, domain: int | None = None, program: str = "peer.py") -> DdsPeer:
         """Start a program of DDS alone."""
-        return self.start(DdsPeer, self.domain if domain is None else domain, enclave)
+        return self.start(DdsPeer, self.domain if domain is None else domain, enclave, program)
 
     def busflow(self, *arguments: str) -> str:
         """Return what a command prints on standard output."""

@@ -235,8 +235,8 @@ class Peer:
         self.writers[name].write(AddRequest(77, seq, a, b))
 
 
-def main():
-    peer = Peer(int(sys.argv[1]), sys.argv[2])
+def main(kind):
+    peer = kind(int(sys.argv[1]), sys.argv[2])
     tell(ready=True)
     for line in sys.stdin:
         command = json.loads(line)
@@ -245,4 +245,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(Peer)
