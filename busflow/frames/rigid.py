@@ -18,28 +18,31 @@ _SMALL = 1e-12
 """The squared sine below which two rotations are so near that a straight line between them is exact."""
 
 
-def fault(x: float, y: float, z: float, qx: float, qy: float, qz: float, qw: float) -> str | None:
-    """Say what is wrong with the numbers of a transform; None if nothing is.
+def unit(numbers: Rigid) -> Rigid:
+    """Return the motion of these numbers, its quaternion made exactly as long as 1.
 
-    >>> fault(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    'its quaternion (0, 0, 0, 0) has the length 0, not 1: no rotation is (0, 0, 0, 1)'
+    Raises:
+        ValueError: They are no motion; the text says why.
+
+    >>> unit((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    Traceback (most recent call last):
+    ValueError: its quaternion (0, 0, 0, 0) has the length 0, not 1: no rotation is (0, 0, 0, 1)
     """
+    x, y, z, qx, qy, qz, qw = numbers
     squared = qx * qx + qy * qy + qz * qz + qw * qw
-    if not isfinite(x + y + z) or not isfinite(squared):
-        return f"it holds a number that is not finite: {(x, y, z, qx, qy, qz, qw)}"
-    if not -TOLERANCE <= squared - 1.0 <= TOLERANCE:
-        shown = f"({qx:g}, {qy:g}, {qz:g}, {qw:g})"
-        return f"its quaternion {shown} has the length {sqrt(squared):.3g}, not 1: no rotation is (0, 0, 0, 1)"
-    return None
+    if not -TOLERANCE <= squared - 1.0 <= TOLERANCE or not isfinite(x + y + z):
+        raise ValueError(_fault(numbers, squared))
+    if squared == 1.0:
+        return numbers
+    scale = 1.0 / sqrt(squared)
+    return (x, y, z, qx * scale, qy * scale, qz * scale, qw * scale)
 
 
-def unit(x: float, y: float, z: float, qx: float, qy: float, qz: float, qw: float) -> Rigid:
-    """Return the motion of these numbers, its quaternion made exactly as long as 1."""
-    squared = qx * qx + qy * qy + qz * qz + qw * qw
-    if squared != 1.0:
-        scale = 1.0 / sqrt(squared)
-        qx, qy, qz, qw = qx * scale, qy * scale, qz * scale, qw * scale
-    return (x, y, z, qx, qy, qz, qw)
+def _fault(numbers: Rigid, squared: float) -> str:
+    if not isfinite(sum(numbers[:3])) or not isfinite(squared):
+        return f"it holds a number that is not finite: {numbers}"
+    shown = ", ".join(f"{each:g}" for each in numbers[3:])
+    return f"its quaternion ({shown}) has the length {sqrt(squared):.3g}, not 1: no rotation is (0, 0, 0, 1)"
 
 
 def multiply(a: Rigid, b: Rigid) -> Rigid:
@@ -109,9 +112,3 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Rotation:
         cr * cp * sy - sr * sp * cy,
         cr * cp * cy + sr * sp * sy,
     )
-
-
-def about(axis: Vector, angle: float) -> Rotation:
-    """Return the rotation by an angle about an axis of length 1."""
-    half = sin(angle / 2)
-    return (axis[0] * half, axis[1] * half, axis[2] * half, cos(angle / 2))

@@ -20,7 +20,7 @@ from busflow.errors import (
     UnknownFrame,
 )
 from busflow.frames.edge import KEPT_NS, Edge, Missing
-from busflow.frames.rigid import IDENTITY, Rigid, fault, inverse, multiply, unit
+from busflow.frames.rigid import IDENTITY, Rigid, inverse, multiply, unit
 from busflow.text import did_you_mean, printable
 
 MOST_FRAMES = 10_000
@@ -78,17 +78,15 @@ class FrameTree:
         Raises:
             InvalidTransform: it cannot be part of the tree.
         """
-        if fault(*numbers) is not None:
-            self.check(parent, child, numbers)
-        edge = self.edges.get(child)
+        rigid, edge = _motion(parent, child, numbers), self.edges.get(child)
         is_new = edge is None or edge.parent != parent or edge.fixed is not None
         if edge is None or is_new:
-            edge = self._place(Edge(parent, child), numbers)
-        if not edge.add(stamp_ns, unit(*numbers)):
+            edge = self._place(Edge(parent, child))
+        if not edge.add(stamp_ns, rigid):
             self.forget_moving()
             self.set_back += 1
-            is_new, edge = True, self._place(Edge(parent, child), numbers)
-            edge.add(stamp_ns, unit(*numbers))
+            is_new, edge = True, self._place(Edge(parent, child))
+            edge.add(stamp_ns, rigid)
         return is_new
 
     def take_fixed(self, parent: str, child: str, numbers: Rigid) -> bool:
@@ -99,7 +97,7 @@ class FrameTree:
         """
         edge = self.edges.get(child)
         is_known = edge is not None and edge.parent == parent and edge.fixed is not None
-        self._place(Edge(parent, child, unit(*numbers)) if fault(*numbers) is None else Edge(parent, child), numbers)
+        self._place(Edge(parent, child, _motion(parent, child, numbers)))
         return not is_known
 
     def forget_moving(self) -> None:
@@ -123,20 +121,24 @@ class FrameTree:
         Raises:
             InvalidTransform: its numbers are impossible, it lacks a name, closes a loop, or there are too many frames.
         """
-        reason = fault(*numbers)
+        _motion(parent, child, numbers)
+        self._check_edge(parent, child)
+
+    def _check_edge(self, parent: str, child: str) -> None:
+        reason = None
         if not parent or not child:
             reason = "it lacks the name of a frame"
-        elif reason is None and (loop := self.loop(parent, child)):
+        elif loop := self.loop(parent, child):
             shown = " → ".join(map(printable, reversed(loop)))
             reason = f"it would close the loop {shown}{f' → {printable(child)}' if len(loop) > 1 else ''}"
-        elif reason is None and child not in self.edges and len(self.edges) >= MOST_FRAMES:
+        elif child not in self.edges and len(self.edges) >= MOST_FRAMES:
             reason = f"the tree has {MOST_FRAMES} frames already"
         if reason is not None:
-            raise InvalidTransform(f"{printable(parent) or '?'} → {printable(child) or '?'}: {reason}")
+            raise _refusal(parent, child, reason)
 
-    def _place(self, edge: Edge, numbers: Rigid) -> Edge:
-        """Put a checked edge into the tree, in place of a former one."""
-        self.check(edge.parent, edge.child, numbers)
+    def _place(self, edge: Edge) -> Edge:
+        """Put an edge into the tree, in place of a former one, if it can be part of the tree."""
+        self._check_edge(edge.parent, edge.child)
         former = self.edges.get(edge.child)
         if former is not None and former.parent != edge.parent:
             self.moved.setdefault(edge.child, {former.parent}).add(edge.parent)
@@ -238,6 +240,22 @@ class FrameTree:
             f"{first} → {second} is {apart} behind{by}; wait longer with lookup(…, timeout=…), "
             f"or ask for the newest: latest({target!r}, {source!r})"
         )
+
+
+def _motion(parent: str, child: str, numbers: Rigid) -> Rigid:
+    """Return the motion of an edge.
+
+    Raises:
+        InvalidTransform: its numbers are impossible.
+    """
+    try:
+        return unit(numbers)
+    except ValueError as error:
+        raise _refusal(parent, child, str(error)) from None
+
+
+def _refusal(parent: str, child: str, reason: str) -> InvalidTransform:
+    return InvalidTransform(f"{printable(parent) or '?'} → {printable(child) or '?'}: {reason}")
 
 
 def _product(edges: Sequence[Edge], stamp_ns: int) -> Rigid | Gap:

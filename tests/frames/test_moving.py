@@ -11,7 +11,7 @@ import pytest
 from busflow import take
 from busflow.errors import InvalidTransform
 from busflow.frames.moving import moved, rotation_matrix, stamp_and_frame
-from busflow.frames.rigid import about, from_rpy
+from busflow.frames.rigid import from_rpy
 from busflow.msgs.geometry_msgs import (
     Point,
     Point32,
@@ -51,7 +51,7 @@ def xyz(value):
 def check_pose(pose):
     assert xyz(pose.position) == there(4, 5, 6)
     turn = rotation_matrix((pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w))
-    assert turn == pytest.approx(TURN @ rotation_matrix(about((0, 0, 1), 0.8)))
+    assert turn == pytest.approx(TURN @ rotation_matrix(from_rpy(0, 0, 0.8)))
 
 
 def test_points_turn_and_shift_vectors_only_turn():

@@ -19,7 +19,7 @@ from busflow.errors import (
     UnknownFrame,
 )
 from busflow.frames.edge import KEPT_NS, MOST, Edge, Missing
-from busflow.frames.rigid import IDENTITY, about, between, from_rpy, inverse, multiply, rotate, unit
+from busflow.frames.rigid import IDENTITY, between, from_rpy, inverse, multiply, rotate, unit
 from busflow.frames.tree import MOST_FRAMES, FrameTree, Gap, Lack
 
 S = 1_000_000_000
@@ -47,7 +47,7 @@ turns = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: sum(each * each for 
 def rigids(draw):
     quaternion = draw(turns)
     length = math.sqrt(sum(each * each for each in quaternion))
-    return unit(*(draw(metres) for _ in "xyz"), *(each / length for each in quaternion))
+    return unit((*(draw(metres) for _ in "xyz"), *(each / length for each in quaternion)))
 
 
 @given(rigids(), rigids())
@@ -70,7 +70,7 @@ def test_interpolation_is_on_line_and_shortest_arc(a, b, share):
 
 
 def test_near_rotations_are_interpolated_exactly():
-    near = (0.0, 0.0, 0.0, *about((0.0, 0.0, 1.0), 1e-7))
+    near = (0.0, 0.0, 0.0, *from_rpy(0, 0, 1e-7))
     assert between(IDENTITY, near, 0.25)[5] == pytest.approx(0.25 * near[5], rel=1e-9)
     assert between(IDENTITY, IDENTITY, 0.5) == IDENTITY
 
@@ -103,7 +103,7 @@ def test_any_two_frames_agree_with_matrices(data):
         else:
             tree.take(parent, child, 0, first)
             tree.take(parent, child, S, second)
-            edges[child] = matrix(between(unit(*first), unit(*second), at / S))
+            edges[child] = matrix(between(unit(first), unit(second), at / S))
 
     def to_root(frame):
         return np.eye(4) if frame not in parents else to_root(parents[frame]) @ edges[frame]
@@ -168,10 +168,10 @@ def test_no_interpolation_over_a_change_of_parent():
 
 def test_slerp_of_a_quarter_turn_is_an_eighth():
     """tf2's bullet quaternion tests: the middle between no rotation and 90° about z is 45°."""
-    quarter = (0.0, 0.0, 0.0, *about((0.0, 0.0, 1.0), math.pi / 2))
-    assert between(IDENTITY, quarter, 0.5)[3:] == pytest.approx(about((0.0, 0.0, 1.0), math.pi / 4))
+    quarter = (0.0, 0.0, 0.0, *from_rpy(0, 0, math.pi / 2))
+    assert between(IDENTITY, quarter, 0.5)[3:] == pytest.approx(from_rpy(0, 0, math.pi / 4))
     negated = (0.0, 0.0, 0.0, *(-each for each in quarter[3:]))
-    assert between(IDENTITY, negated, 0.5)[3:] == pytest.approx(about((0.0, 0.0, 1.0), math.pi / 4))
+    assert between(IDENTITY, negated, 0.5)[3:] == pytest.approx(from_rpy(0, 0, math.pi / 4))
 
 
 # What is kept.
