@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
+from math import cos, sin
 
-from busflow.frames.rigid import Rigid, Vector, about, multiply
+from busflow.frames.rigid import Rigid, Rotation, Vector, multiply, rotate
 
 
 class JointKind(StrEnum):
@@ -24,9 +26,9 @@ MOVES = TURNS | {JointKind.PRISMATIC}
 """The kinds that one position describes."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Joint:
-    """A joint between two links."""
+    """A joint between two links, of which the child slides or turns as its position says."""
 
     name: str
     kind: JointKind
@@ -51,11 +53,32 @@ class Joint:
         >>> slide.motion(0.25)[:3]
         (0.0, 0.0, 1.25)
         """
-        own = self.multiplier * position + self.offset
         if self.kind is JointKind.PRISMATIC:
-            x, y, z = self.axis
-            return multiply(self.origin, (own * x, own * y, own * z, 0.0, 0.0, 0.0, 1.0))
-        return multiply(self.origin, (0.0, 0.0, 0.0, *about(self.axis, own)))
+            return (*self.translation(position), *self.origin[3:])
+        return (*self.origin[:3], *self.rotation(position))
+
+    def translation(self, position: float) -> Vector:
+        """Return where the child's origin is at a position of the source, for a joint that slides."""
+        own = self.multiplier * position + self.offset
+        x, y, z, *_ = self.origin
+        ax, ay, az = self._axis_from_parent
+        return (x + own * ax, y + own * ay, z + own * az)
+
+    def rotation(self, position: float) -> Rotation:
+        """Return how the child is turned at a position of the source, for a joint that turns."""
+        half = (self.multiplier * position + self.offset) / 2
+        rest, turned = cos(half), sin(half)  # the shares of the rotations at 0 and at half a turn
+        _, _, _, x, y, z, w = self.origin
+        hx, hy, hz, hw = self._half_turn
+        return (rest * x + turned * hx, rest * y + turned * hy, rest * z + turned * hz, rest * w + turned * hw)
+
+    @cached_property
+    def _axis_from_parent(self) -> Vector:
+        return rotate(self.origin[3:], self.axis)
+
+    @cached_property
+    def _half_turn(self) -> Rotation:
+        return multiply(self.origin, (0.0, 0.0, 0.0, *self.axis, 0.0))[3:]
 
 
 @dataclass(frozen=True, slots=True)

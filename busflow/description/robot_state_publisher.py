@@ -9,14 +9,13 @@ from math import isfinite
 from pydantic import Field
 
 from busflow.bus.qos import TRANSIENT_LOCAL, QoS
-from busflow.description.robot import MOVES, Joint, JointKind, Robot
+from busflow.description.link_frame import LinkFrame
+from busflow.description.robot import MOVES, JointKind, Robot
 from busflow.description.urdf import read_robot
 from busflow.errors import LaunchError, Place, Problem
-from busflow.frames.rigid import Rigid
-from busflow.msgs.builtin_interfaces import Time as TimeMsg
-from busflow.msgs.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+from busflow.msgs.geometry_msgs import TransformStamped
 from busflow.msgs.sensor_msgs import JointState
-from busflow.msgs.std_msgs import Header, String
+from busflow.msgs.std_msgs import String
 from busflow.msgs.tf2_msgs import TFMessage
 from busflow.node.declarations import publisher
 from busflow.node.handlers import subscription
@@ -60,16 +59,17 @@ class RobotStatePublisher(Node):
     async def start(self) -> None:
         """Publish the description and what never moves, once: both topics keep it for whatever comes later."""
         self._names: Sequence[str] = ()
-        self._plan: list[tuple[int, Joint]] = []
+        self._plan: list[tuple[int, LinkFrame]] = []
         self._warned: set[str] = set()
-        self._moved_by: dict[str, list[Joint]] = {}
-        for joint in self.robot.joints:
-            if joint.kind in MOVES:
-                self._moved_by.setdefault(joint.source, []).append(joint)
+        self._moved_by: dict[str, list[LinkFrame]] = {}
+        frames = [LinkFrame(each, self.parameters.frame_prefix) for each in self.robot.joints]
+        for frame in frames:
+            if frame.joint.kind in MOVES:
+                self._moved_by.setdefault(frame.joint.source, []).append(frame)
         stamp = self.clock.now().to_msg()
-        fixed = [each for each in self.robot.joints if each.kind is JointKind.FIXED]
+        fixed = [each.at_rest(stamp) for each in frames if each.joint.kind is JointKind.FIXED]
         self._description.publish(String(data=self.robot.text))
-        self._fixed.publish(TFMessage(transforms=[self._transform(each, each.origin, stamp) for each in fixed]))
+        self._fixed.publish(TFMessage(transforms=fixed))
 
     @subscription("joint_states")
     def on_joints(self, joints: JointState) -> None:
@@ -84,32 +84,24 @@ class RobotStatePublisher(Node):
         if not (stamp.sec or stamp.nanosec):
             stamp = self.clock.now().to_msg()
         transforms: list[TransformStamped] = []
-        for index, joint in self._plan:
+        for index, frame in self._plan:
             position = positions[index]
             if isfinite(position):
-                transforms.append(self._transform(joint, joint.motion(position), stamp))
+                transforms.append(frame.at(position, stamp))
             else:
-                self._warn(joint.source, f"the position of the joint {quoted(joint.source)} is {position}: left out")
+                source = frame.joint.source
+                self._warn(source, f"the position of the joint {quoted(source)} is {position}: left out")
         if transforms:
             self._moving.publish(TFMessage(transforms=transforms))
 
-    def _planned(self, names: Sequence[str]) -> list[tuple[int, Joint]]:
-        """Return the joints that positions of these names move, each with the index of its position."""
+    def _planned(self, names: Sequence[str]) -> list[tuple[int, LinkFrame]]:
+        """Return the frames that positions of these names move, each with the index of its position."""
         known = {each.name for each in self.robot.joints}
         for name in names:
             if name not in known:
                 advice = did_you_mean(name, known, none="the robot has none")
                 self._warn(name, f"joint_states has a joint {quoted(name)} that the robot has not; {advice}")
-        return [(index, joint) for index, name in enumerate(names) for joint in self._moved_by.get(name, ())]
-
-    def _transform(self, joint: Joint, motion: Rigid, stamp: TimeMsg) -> TransformStamped:
-        x, y, z, qx, qy, qz, qw = motion
-        prefix = self.parameters.frame_prefix
-        return TransformStamped(
-            header=Header(stamp=stamp, frame_id=prefix + joint.parent),
-            child_frame_id=prefix + joint.child,
-            transform=Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)),
-        )
+        return [(index, frame) for index, name in enumerate(names) for frame in self._moved_by.get(name, ())]
 
     def _warn(self, joint: str, text: str) -> None:
         """Log a warning, once for each joint."""

@@ -1,4 +1,7 @@
-"""Robots in URDF: each mistake is found before the start, at its line: `urdf.py`, `xml_file.py` and `packages.py`."""
+"""Robots in URDF: each mistake is found before the start, at its line: `urdf.py`, `xml_file.py` and `packages.py`.
+
+`link_frame.py` is tested with the node that uses it.
+"""
 
 from __future__ import annotations
 
