@@ -65,9 +65,12 @@ class SharedFrames:
 
     def take(self, message: TFMessage) -> None:
         """Take in the transforms of a message on `/tf`, as it is published: what it raised would be the publisher's."""
+        stamp, stamp_ns = None, 0
         for each in message.transforms:
             parent, child = edge_of(each)
-            stamp_ns = nanoseconds_of(each.header.stamp)
+            if each.header.stamp is not stamp:  # the frames of one robot mostly share theirs
+                stamp = each.header.stamp
+                stamp_ns = nanoseconds_of(stamp)
             set_back = self.tree.set_back
             try:
                 is_new = self.tree.take(parent, child, stamp_ns, numbers_of(each))
