@@ -1,47 +1,63 @@
-"""Moves stamped messages from their frame to another. Pure."""
+"""Moves stamped messages from their frame to another. Pure.
+
+A point turns and shifts, a vector only turns; each type moves as what it is made of. Types are known by their names, so
+that none is imported before a message of it comes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
 from busflow.clock import nanoseconds_of
 from busflow.errors import InvalidTransform
-from busflow.frames.rigid import Rigid, Rotation, Vector, multiply, rotate
+from busflow.frames.rigid import Rigid, Rotation, multiply, rotate
 from busflow.interfaces.message import take, type_name
-from busflow.msgs.geometry_msgs import (
-    Point,
-    Point32,
-    PointStamped,
-    PolygonStamped,
-    Pose,
-    PoseArray,
-    PoseStamped,
-    PoseWithCovarianceStamped,
-    Quaternion,
-    QuaternionStamped,
-    Vector3,
-    Vector3Stamped,
-)
-from busflow.msgs.sensor_msgs import PointCloud2, PointField
 from busflow.text import printable
 
-Stamped: TypeAlias = (
-    PointStamped
-    | Vector3Stamped
-    | QuaternionStamped
-    | PoseStamped
-    | PoseWithCovarianceStamped
-    | PoseArray
-    | PolygonStamped
-    | PointCloud2
-)
-"""The types that can be moved."""
-S = TypeVar("S", bound=Stamped)
-_FLOATS: Mapping[int, str] = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
+if TYPE_CHECKING:
+    from busflow.msgs.geometry_msgs import (
+        AccelStamped,
+        AccelWithCovarianceStamped,
+        InertiaStamped,
+        PointStamped,
+        PolygonStamped,
+        PoseArray,
+        PoseStamped,
+        PoseWithCovarianceStamped,
+        QuaternionStamped,
+        TwistStamped,
+        TwistWithCovarianceStamped,
+        Vector3Stamped,
+        VelocityStamped,
+        WrenchStamped,
+    )
+    from busflow.msgs.sensor_msgs import PointCloud2
+
+    Stamped: TypeAlias = (
+        PointStamped
+        | Vector3Stamped
+        | QuaternionStamped
+        | PoseStamped
+        | PoseWithCovarianceStamped
+        | PoseArray
+        | PolygonStamped
+        | PointCloud2
+        | WrenchStamped
+        | TwistStamped
+        | TwistWithCovarianceStamped
+        | VelocityStamped
+        | AccelStamped
+        | AccelWithCovarianceStamped
+        | InertiaStamped
+    )
+    """The types that can be moved."""
+
+S = TypeVar("S", bound="Stamped")
+_Move: TypeAlias = Callable[[Rigid, Any], Any]
+"""Returns a value of another frame, given the motion that takes coordinates of its own frame there."""
 
 
 def moved(message: S, target: str, rigid: Rigid) -> S:
@@ -50,12 +66,13 @@ def moved(message: S, target: str, rigid: Rigid) -> S:
     Raises:
         InvalidTransform: there is no meaning to moving a message of this type, or a cloud has no x, y and z.
     """
-    move = _MOVES.get(type(message))
+    name = type_name(type(message))
+    move = _MOVES.get(name)
     if move is None:
-        known = ", ".join(sorted(each.__name__ for each in _MOVES))
-        raise InvalidTransform(f"a {type_name(type(message))} cannot be taken to another frame; these can: {known}")
-    header = message.header.replace(frame_id=target)
-    return cast("S", move(message, rigid).replace(header=header))
+        known = ", ".join(sorted(each.rpartition("/")[2] for each in _MOVES))
+        reason = _REASONS.get(name, f"these can: {known}")
+        raise InvalidTransform(f"a {name} cannot be taken to another frame; {reason}")
+    return cast("S", move(rigid, message).replace(header=message.header.replace(frame_id=target)))
 
 
 def stamp_and_frame(message: Stamped) -> tuple[int, str]:
@@ -75,58 +92,84 @@ def rotation_matrix(rotation: Rotation) -> np.ndarray[Any, np.dtype[np.float64]]
     return np.array([rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
 
 
-def _vector(rigid: Rigid, vector: Vector) -> Vector:
-    return rotate(rigid[3:], vector)
+# What messages are made of.
 
 
-def _point(rigid: Rigid, point: Vector) -> Vector:
-    x, y, z = rotate(rigid[3:], point)
-    return (x + rigid[0], y + rigid[1], z + rigid[2])
+def _vector(rigid: Rigid, vector: Any) -> Any:
+    x, y, z = rotate(rigid[3:], (vector.x, vector.y, vector.z))
+    return vector.replace(x=x, y=y, z=z)
 
 
-def _pose(rigid: Rigid, pose: Pose) -> Pose:
-    at, turn = pose.position, pose.orientation
-    x, y, z, qx, qy, qz, qw = multiply(rigid, (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w))
-    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+def _point(rigid: Rigid, point: Any) -> Any:
+    x, y, z = rotate(rigid[3:], (point.x, point.y, point.z))
+    return point.replace(x=x + rigid[0], y=y + rigid[1], z=z + rigid[2])
 
 
-def _point_stamped(message: PointStamped, rigid: Rigid) -> PointStamped:
-    x, y, z = _point(rigid, (message.point.x, message.point.y, message.point.z))
-    return message.replace(point=Point(x=x, y=y, z=z))
+def _quaternion(rigid: Rigid, turn: Any) -> Any:
+    _, _, _, x, y, z, w = multiply(rigid, (0.0, 0.0, 0.0, turn.x, turn.y, turn.z, turn.w))
+    return turn.replace(x=x, y=y, z=z, w=w)
 
 
-def _vector_stamped(message: Vector3Stamped, rigid: Rigid) -> Vector3Stamped:
-    x, y, z = _vector(rigid, (message.vector.x, message.vector.y, message.vector.z))
-    return message.replace(vector=Vector3(x=x, y=y, z=z))
+def _pose(rigid: Rigid, pose: Any) -> Any:
+    return pose.replace(position=_point(rigid, pose.position), orientation=_quaternion(rigid, pose.orientation))
 
 
-def _quaternion_stamped(message: QuaternionStamped, rigid: Rigid) -> QuaternionStamped:
-    return message.replace(quaternion=_pose(rigid, Pose(orientation=message.quaternion)).orientation)
+def _motion(rigid: Rigid, motion: Any) -> Any:
+    """Return a velocity or an acceleration along other axes; it stays that of the same point of the body.
+
+    This is the convention of `geometry_msgs/msg/VelocityStamped`, and KDL's `Rotation * Twist`. Which point of the body
+    it is, a message without `body_frame_id` does not say (ros2/common_interfaces#228), so it cannot be exchanged.
+    """
+    return motion.replace(linear=_vector(rigid, motion.linear), angular=_vector(rigid, motion.angular))
 
 
-def _pose_stamped(message: PoseStamped, rigid: Rigid) -> PoseStamped:
-    return message.replace(pose=_pose(rigid, message.pose))
+def _wrench(rigid: Rigid, wrench: Any) -> Any:
+    """Return a force and a torque about the origin of the other frame, as tf2 does since ros2/geometry2#538.
+
+    The force has a lever there: the translation.
+    """
+    force, torque = _vector(rigid, wrench.force), _vector(rigid, wrench.torque)
+    x, y, z, *_ = rigid
+    lever = torque.replace(
+        x=torque.x + y * force.z - z * force.y,
+        y=torque.y + z * force.x - x * force.z,
+        z=torque.z + x * force.y - y * force.x,
+    )
+    return wrench.replace(force=force, torque=lever)
 
 
-def _pose_with_covariance(message: PoseWithCovarianceStamped, rigid: Rigid) -> PoseWithCovarianceStamped:
-    """Move the pose, and turn both its covariances, of the position and of the rotation, with the axes."""
-    turn = np.kron(np.eye(2), rotation_matrix(rigid[3:]))
-    covariance = turn @ np.asarray(message.pose.covariance).reshape(6, 6) @ turn.T
-    pose = message.pose.replace(pose=_pose(rigid, message.pose.pose), covariance=take(covariance.reshape(36)))
-    return message.replace(pose=pose)
+def _inertia(rigid: Rigid, inertia: Any) -> Any:
+    """Return an inertia with its centre of mass there; the tensor is about that centre, and so it only turns."""
+    xx, xy, xz, yy, yz, zz = (getattr(inertia, f"i{axes}") for axes in ("xx", "xy", "xz", "yy", "yz", "zz"))
+    turn = rotation_matrix(rigid[3:])
+    tensor = (turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T).tolist()
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = tensor
+    return inertia.replace(com=_point(rigid, inertia.com), ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
 
 
-def _pose_array(message: PoseArray, rigid: Rigid) -> PoseArray:
-    return message.replace(poses=tuple(map(partial(_pose, rigid), message.poses)))
+def _each(move: _Move) -> _Move:
+    """Return what moves each of several values."""
+    return lambda rigid, values: tuple(move(rigid, each) for each in values)
 
 
-def _polygon(message: PolygonStamped, rigid: Rigid) -> PolygonStamped:
-    points = (_point(rigid, (each.x, each.y, each.z)) for each in message.polygon.points)
-    moved_points = tuple(Point32(x=x, y=y, z=z) for x, y, z in points)
-    return message.replace(polygon=message.polygon.replace(points=moved_points))
+def _field(name: str, move: _Move) -> _Move:
+    """Return what moves one field of a message."""
+    return lambda rigid, message: message.replace(**{name: move(rigid, getattr(message, name))})
 
 
-def _cloud(message: PointCloud2, rigid: Rigid) -> PointCloud2:
+def _uncertain(name: str, move: _Move) -> _Move:
+    """Return what moves one field, and turns its covariance: six by six, of what is along the axes and about them."""
+    move_field = _field(name, move)
+
+    def move_both(rigid: Rigid, message: Any) -> Any:
+        turn = np.kron(np.eye(2), rotation_matrix(rigid[3:]))
+        covariance = turn @ np.asarray(message.covariance).reshape(6, 6) @ turn.T
+        return move_field(rigid, message).replace(covariance=take(covariance.reshape(36)))
+
+    return move_both
+
+
+def _cloud(rigid: Rigid, message: PointCloud2) -> PointCloud2:
     """Move the points of a cloud in one product; its other values stay as they are."""
     data = np.array(message.data, dtype=np.uint8)
     axes = [_axis(message, data, name) for name in "xyz"]
@@ -140,7 +183,7 @@ def _cloud(message: PointCloud2, rigid: Rigid) -> PointCloud2:
 def _axis(message: PointCloud2, data: np.ndarray[Any, Any], name: str) -> np.ndarray[Any, Any]:
     """Return a view of one coordinate of all points."""
     field = next((each for each in message.fields if each.name == name), None)
-    kind = _FLOATS.get(field.datatype) if field is not None else None
+    kind = {field.FLOAT32: "f4", field.FLOAT64: "f8"}.get(field.datatype) if field is not None else None
     if field is None or kind is None:
         raise InvalidTransform(
             f"a cloud needs x, y and z as FLOAT32 or FLOAT64 to be moved; this one has no such {name}"
@@ -157,13 +200,27 @@ def _axis(message: PointCloud2, data: np.ndarray[Any, Any], name: str) -> np.nda
     return np.ndarray(shape, dtype, data, field.offset, strides)
 
 
-_MOVES: Mapping[type, Callable[[Any, Rigid], Any]] = {
-    PointStamped: _point_stamped,
-    Vector3Stamped: _vector_stamped,
-    QuaternionStamped: _quaternion_stamped,
-    PoseStamped: _pose_stamped,
-    PoseWithCovarianceStamped: _pose_with_covariance,
-    PoseArray: _pose_array,
-    PolygonStamped: _polygon,
-    PointCloud2: _cloud,
+_MOVES: Mapping[str, _Move] = {
+    "geometry_msgs/msg/PointStamped": _field("point", _point),
+    "geometry_msgs/msg/Vector3Stamped": _field("vector", _vector),
+    "geometry_msgs/msg/QuaternionStamped": _field("quaternion", _quaternion),
+    "geometry_msgs/msg/PoseStamped": _field("pose", _pose),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": _field("pose", _uncertain("pose", _pose)),
+    "geometry_msgs/msg/PoseArray": _field("poses", _each(_pose)),
+    "geometry_msgs/msg/PolygonStamped": _field("polygon", _field("points", _each(_point))),
+    "geometry_msgs/msg/WrenchStamped": _field("wrench", _wrench),
+    "geometry_msgs/msg/TwistStamped": _field("twist", _motion),
+    "geometry_msgs/msg/TwistWithCovarianceStamped": _field("twist", _uncertain("twist", _motion)),
+    "geometry_msgs/msg/VelocityStamped": _field("velocity", _motion),
+    "geometry_msgs/msg/AccelStamped": _field("accel", _motion),
+    "geometry_msgs/msg/AccelWithCovarianceStamped": _field("accel", _uncertain("accel", _motion)),
+    "geometry_msgs/msg/InertiaStamped": _field("inertia", _inertia),
+    "sensor_msgs/msg/PointCloud2": _cloud,
 }
+_REASONS: Mapping[str, str] = {
+    "geometry_msgs/msg/TransformStamped": "it joins two frames: ask for latest(target, child_frame_id)",
+    "nav_msgs/msg/Odometry": "its pose and its velocity are in two frames: take them as PoseStamped and TwistStamped",
+    "sensor_msgs/msg/Imu": "its orientation is seen from another frame than its rates: take these as Vector3Stamped",
+    "sensor_msgs/msg/LaserScan": "its ranges are along the axes of its own frame: make a PointCloud2 of it",
+}
+"""What to do in place of moving messages of types that cannot be moved."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.bus.qos import Durability, QoS
 from busflow.clock import NS_PER_S, nanoseconds_of
 from busflow.errors import NotRunning, TransformError
-from busflow.frames.moving import Stamped, moved, stamp_and_frame
+from busflow.frames.moving import moved, stamp_and_frame
 from busflow.frames.rigid import Rigid
 from busflow.frames.shared import DEPTH, SharedFrames, shared_frames
 from busflow.frames.tree import Gap
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from busflow.bus.bus import Bus
     from busflow.bus.publisher import Publisher
     from busflow.clock import Time
+    from busflow.frames.moving import Stamped
     from busflow.node.runtime import NodeRuntime
 
     S = TypeVar("S", bound=Stamped)
@@ -126,7 +127,9 @@ class Frames:
         """Return a stamped message in another frame, at its stamp; one of stamp 0 at the newest time.
 
         A PoseStamped, PointStamped, Vector3Stamped, QuaternionStamped, PoseWithCovarianceStamped, PoseArray,
-        PolygonStamped or PointCloud2.
+        PolygonStamped, PointCloud2 or InertiaStamped. The torque of a WrenchStamped is then about the origin of
+        `target`. A TwistStamped, VelocityStamped or AccelStamped, also with covariance, stays that of the same point,
+        along other axes.
 
         Raises:
             TransformError: as `latest`, and TransformNotThere, without a wait: `await lookup(…)` before waits.

@@ -7,12 +7,21 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from busflow import take
+from busflow import Message, take
 from busflow.errors import InvalidTransform
 from busflow.frames.moving import moved, rotation_matrix, stamp_and_frame
 from busflow.frames.rigid import from_rpy
+from busflow.interfaces.field_types import float64
 from busflow.msgs.geometry_msgs import (
+    Accel,
+    AccelStamped,
+    AccelWithCovariance,
+    AccelWithCovarianceStamped,
+    Inertia,
+    InertiaStamped,
     Point,
     Point32,
     PointStamped,
@@ -25,12 +34,19 @@ from busflow.msgs.geometry_msgs import (
     PoseWithCovarianceStamped,
     Quaternion,
     QuaternionStamped,
+    TransformStamped,
     Twist,
     TwistStamped,
+    TwistWithCovariance,
+    TwistWithCovarianceStamped,
     Vector3,
     Vector3Stamped,
+    VelocityStamped,
+    Wrench,
+    WrenchStamped,
 )
-from busflow.msgs.sensor_msgs import PointCloud2, PointField
+from busflow.msgs.nav_msgs import Odometry
+from busflow.msgs.sensor_msgs import BatteryState, Imu, LaserScan, PointCloud2, PointField
 from busflow.msgs.std_msgs import Header
 
 THERE = (1.0, 2.0, 3.0, *from_rpy(0.3, -0.4, 1.2))
@@ -82,17 +98,103 @@ def test_polygon_keeps_its_corners_in_order():
     ]
 
 
-def test_covariance_turns_with_the_axes():
-    covariance = np.arange(36.0).reshape(6, 6)
-    covariance += covariance.T
-    message = PoseWithCovarianceStamped(
-        header=HEADER, pose=PoseWithCovariance(pose=POSE, covariance=take(covariance.reshape(36).copy()))
-    )
-    result = moved(message, "map", THERE)
-    check_pose(result.pose.pose)
+# Forces, velocities and inertias, against what follows from points and matrices.
+
+numbers = st.floats(-10, 10)
+triples = st.tuples(numbers, numbers, numbers)
+rigids = st.builds(lambda at, angles: (*at, *from_rpy(*angles)), triples, triples)
+
+
+def matrices(rigid):
+    """The rotation and the translation of a motion, by the formula of textbooks."""
+    a, b, c, w = rigid[3:]
+    turn = [
+        [1 - 2 * (b * b + c * c), 2 * (a * b - c * w), 2 * (a * c + b * w)],
+        [2 * (a * b + c * w), 1 - 2 * (a * a + c * c), 2 * (b * c - a * w)],
+        [2 * (a * c - b * w), 2 * (b * c + a * w), 1 - 2 * (a * a + b * b)],
+    ]
+    return np.array(turn), np.array(rigid[:3])
+
+
+def vector(values):
+    return Vector3(x=values[0], y=values[1], z=values[2])
+
+
+@given(rigids, st.lists(st.tuples(triples, triples), min_size=1, max_size=4))
+def test_wrench_is_of_the_forces_about_the_origin(rigid, forces):
+    """Some forces, each at a place: the wrench is their sum and their torque about the origin of either frame."""
+
+    def wrench(at, force):
+        return Wrench(force=vector(force.sum(0)), torque=vector(np.cross(at, force).sum(0)))
+
+    turn, shift = matrices(rigid)
+    at, force = np.array(forces).transpose(1, 0, 2)
+    result = moved(WrenchStamped(header=HEADER, wrench=wrench(at, force)), "map", rigid)
+    expected = wrench(at @ turn.T + shift, force @ turn.T)
+    assert result.header.frame_id == "map"
+    assert xyz(result.wrench.force) == pytest.approx(xyz(expected.force), abs=1e-9)
+    assert xyz(result.wrench.torque) == pytest.approx(xyz(expected.torque), abs=1e-9)
+
+
+def inertia(masses, at):
+    """The inertia of masses at places: its tensor is about the centre of mass."""
+    total, com = masses.sum(), masses @ at / masses.sum()
+    from_com = at - com
+    tensor = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, from_com, strict=True))
+    entries = {f"i{a}{b}": tensor["xyz".index(a)]["xyz".index(b)] for a, b in ("xx", "xy", "xz", "yy", "yz", "zz")}
+    return Inertia(m=total, com=vector(com), **entries)
+
+
+@given(rigids, st.lists(st.tuples(st.floats(0.1, 10), triples), min_size=1, max_size=4))
+def test_inertia_is_that_of_the_moved_masses(rigid, parts):
+    turn, shift = matrices(rigid)
+    masses, at = np.array([mass for mass, _ in parts]), np.array([place for _, place in parts])
+    result = moved(InertiaStamped(header=HEADER, inertia=inertia(masses, at)), "map", rigid).inertia
+    expected = inertia(masses, at @ turn.T + shift)
+    assert xyz(result.com) == pytest.approx(xyz(expected.com), abs=1e-9)
+    for name in ("m", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+        assert getattr(result, name) == pytest.approx(getattr(expected, name), abs=1e-8)
+
+
+@given(rigids, triples, triples)
+def test_velocity_and_acceleration_only_change_their_axes(rigid, linear, angular):
+    turn, _ = matrices(rigid)
+    parts = {"linear": vector(linear), "angular": vector(angular)}
+    velocity = VelocityStamped(header=HEADER, body_frame_id="arm", reference_frame_id="map", velocity=Twist(**parts))
+    result = moved(velocity, "map", rigid)
+    assert (result.body_frame_id, result.reference_frame_id) == ("arm", "map")
+    for each in (
+        result.velocity,
+        moved(TwistStamped(header=HEADER, twist=Twist(**parts)), "map", rigid).twist,
+        moved(AccelStamped(header=HEADER, accel=Accel(**parts)), "map", rigid).accel,
+    ):
+        assert xyz(each.linear) == pytest.approx(tuple(turn @ linear), abs=1e-9)
+        assert xyz(each.angular) == pytest.approx(tuple(turn @ angular), abs=1e-9)
+
+
+PARTS = {"linear": Vector3(x=4.0, y=5.0, z=6.0), "angular": Vector3(z=1.0)}
+COVARIANCE = np.arange(36.0).reshape(6, 6) + np.arange(36.0).reshape(6, 6).T
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "uncertain", "value"),
+    [
+        (PoseWithCovarianceStamped, "pose", PoseWithCovariance, POSE),
+        (TwistWithCovarianceStamped, "twist", TwistWithCovariance, Twist(**PARTS)),
+        (AccelWithCovarianceStamped, "accel", AccelWithCovariance, Accel(**PARTS)),
+    ],
+)
+def test_covariance_turns_with_the_axes(kind, field, uncertain, value):
+    inner = uncertain(**{field: value}, covariance=take(COVARIANCE.reshape(36).copy()))
+    result = getattr(moved(kind(header=HEADER, **{field: inner}), "map", THERE), field)
+    if field == "pose":
+        check_pose(result.pose)
+    else:
+        assert xyz(getattr(result, field).linear) == pytest.approx(tuple(TURN @ (4, 5, 6)))
+        assert xyz(getattr(result, field).angular) == pytest.approx(tuple(TURN @ (0, 0, 1)))
     both = np.zeros((6, 6))
     both[:3, :3] = both[3:, 3:] = TURN
-    assert np.asarray(result.pose.covariance).reshape(6, 6) == pytest.approx(both @ covariance @ both.T)
+    assert np.asarray(result.covariance).reshape(6, 6) == pytest.approx(both @ COVARIANCE @ both.T)
 
 
 def cloud(height=2, width=3, kind=PointField.FLOAT32, *, big=False, padding=5):
@@ -150,10 +252,11 @@ def test_every_point_of_a_cloud_moves(kind, big):
         (cloud().replace(fields=(PointField(name="x", datatype=PointField.INT32),)), "has no such x"),
         (cloud().replace(height=3), "a cloud of 3 × 3 points has only 106 bytes of data"),
         (cloud().replace(point_step=4_000_000_000, row_step=4_000_000_000), "has only 106 bytes"),
-        (
-            TwistStamped(header=HEADER),
-            "a geometry_msgs/msg/TwistStamped cannot be taken to another frame; these can: P",
-        ),
+        (BatteryState(header=HEADER), "a sensor_msgs/msg/BatteryState cannot be taken to another frame; these can: A"),
+        (TransformStamped(header=HEADER), "it joins two frames: ask for latest(target, child_frame_id)"),
+        (Odometry(header=HEADER), "its pose and its velocity are in two frames: take them as PoseStamped"),
+        (Imu(header=HEADER), "its orientation is seen from another frame than its rates"),
+        (LaserScan(header=HEADER), "its ranges are along the axes of its own frame: make a PointCloud2"),
     ],
 )
 def test_what_cannot_be_moved_says_why(message, reason):
@@ -163,6 +266,16 @@ def test_what_cannot_be_moved_says_why(message, reason):
 
 def test_an_empty_cloud_stays_empty():
     assert moved(cloud(0, 0).replace(width=5), "map", THERE).header.frame_id == "map"
+
+
+def test_class_of_a_definition_file_moves_too():
+    point = type("Point", (Message,), {"__annotations__": dict.fromkeys("xyz", float64)}, package="geometry_msgs")
+    fields = {"header": Header, "point": point}
+    stamped = type("PointStamped", (Message,), {"__annotations__": fields}, package="geometry_msgs")
+    message = stamped(header=HEADER, point=point(x=4.0, y=5.0, z=6.0))
+    result = moved(message, "map", THERE)
+    assert type(result) is stamped
+    assert xyz(result.point) == there(4, 5, 6)
 
 
 def test_a_message_without_header_has_no_frame():

@@ -4,7 +4,7 @@
 from typing import assert_type
 
 from busflow import Node, Time, Unpaired, on_event, subscription, synchronized, transforms
-from busflow.msgs.geometry_msgs import PointStamped, TransformStamped, TwistStamped
+from busflow.msgs.geometry_msgs import PointStamped, TransformStamped
 from busflow.msgs.sensor_msgs import Image, PointCloud2
 
 
@@ -22,7 +22,7 @@ class Robot(Node):
         assert_type(await self.frames.lookup("map", "base_link", at=cloud.header.stamp), TransformStamped)
         await self.frames.lookup("map", "base_link", at=Time(1), timeout=0.2)
         await self.frames.lookup("map", "base_link", at=1.5)  # type: ignore[arg-type]  # a time, not seconds
-        self.frames.apply(TwistStamped(), "map")  # type: ignore[type-var]  # it cannot be moved
+        self.frames.apply(TransformStamped(), "map")  # type: ignore[type-var]  # it cannot be moved
         self.frames.send(TransformStamped())
         self.frames.send(PointStamped())  # type: ignore[arg-type]  # not a transform
 
