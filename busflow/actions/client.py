@@ -363,8 +363,8 @@ class SentGoal(Generic[A]):
 
     def _translated(self, error: BusflowError) -> BusflowError:
         """Return an error of a service as one of the action."""
-        action = self._client.action
-        if isinstance(error, ServiceGone):
+        action, has_left = self._client.action, self._asked is not None and not self._client.available
+        if isinstance(error, ServiceGone) or (has_left and isinstance(error, ServiceUnavailable)):
             return ActionGone(f"{action}: its server ended before the goal {self.id} had")
         if isinstance(error, ServiceTimeout):
             return GoalTimeout(f"{action} did not answer in time whether it takes the goal {self.id}")

@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from busflow import (
+    ActionGone,
     ActionUnavailable,
     GoalAborted,
     Node,
@@ -136,6 +137,26 @@ async def test_missing_server_is_said_at_once():
             await lab.node(Boss).move.ready(timeout=1)
         assert lab.clock.seconds() == 1
         assert lab.node(Boss).move.statistics().lost == 1
+
+
+class Leaving(Node):
+    """Accepts a goal, and ends before its client knows."""
+
+    @action(MoveTo, "/arm/move")
+    async def move(self, goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+        raise NotImplementedError
+
+    @move.accepts
+    def leave(self, _: MoveTo.Goal) -> bool:
+        asyncio.get_running_loop().call_soon(self.move.ends.results.close)
+        return True
+
+
+@virtual_time
+async def test_server_gone_after_accepting_is_said():
+    async with harness(Leaving, Boss) as lab:
+        with pytest.raises(ActionGone, match=r"/arm/move: its server ended before the goal .* had"):
+            await lab.node(Boss).move.run(MoveTo.Goal())
 
 
 @virtual_time

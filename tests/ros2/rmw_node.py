@@ -15,6 +15,8 @@ import zenoh
 import zenoh.ext
 
 RELIABLE, LATCHED = "::,10:,:,:,,", ":1:,5:,:,:,,"
+STATUS = ":1:,1:,:,:,,"
+"""`rcl_action_qos_profile_status_default`."""
 
 
 class RmwNode:
@@ -32,6 +34,12 @@ class RmwNode:
 
     def token(self, rest: str) -> Any:
         return self.session.liveliness().declare_token(f"@ros2_lv/{self.domain}/{self.zid}/{rest}")
+
+    def leave(self) -> None:
+        """End the node for others, as the first thing that the end of its process does."""
+        for each in self.kept:
+            if isinstance(each, zenoh.LivelinessToken):
+                each.undeclare()
 
     def on_token(self, sample: Any) -> None:
         with self.changed:
@@ -60,11 +68,11 @@ class RmwNode:
     def publisher(self, topic: str, support: Any, qos: str = RELIABLE) -> Callable[..., None]:
         """A publisher; what is returned publishes bytes."""
         key, gid = self.end("MP", topic, support.name, support.type_hash, qos)
-        if qos == LATCHED:
+        if (depth := latched_depth(qos)) is not None:
             way: Any = zenoh.ext.declare_advanced_publisher(
                 self.session,
                 key,
-                cache=zenoh.ext.CacheConfig(max_samples=5),
+                cache=zenoh.ext.CacheConfig(max_samples=depth),
                 publisher_detection=True,
                 sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5),
             )
@@ -80,8 +88,8 @@ class RmwNode:
 
     def subscription(self, topic: str, support: Any, on_sample: Callable[[Any], None], qos: str = RELIABLE) -> None:
         key, _ = self.end("MS", topic, support.name, support.type_hash, qos)
-        if qos == LATCHED:
-            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=5)
+        if (depth := latched_depth(qos)) is not None:
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
             recovery = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
             way: Any = zenoh.ext.declare_advanced_subscriber(
                 self.session, key, on_sample, history=history, recovery=recovery
@@ -91,29 +99,58 @@ class RmwNode:
         self.kept.append(way)
 
     def server(self, name: str, support: Any, answer: Callable[[bytes], bytes]) -> None:
+        """A server that answers each request at once."""
+        self.late_server(name, support, lambda request, reply: reply(answer(request)))
+
+    def late_server(
+        self, name: str, support: Any, on_request: Callable[[bytes, Callable[[bytes], None]], None]
+    ) -> None:
+        """A server that gets each request with a function that answers it, now or later."""
         key, _ = self.end("SS", name, support.name, support.type_hash, RELIABLE)
 
         def on_query(query: Any) -> None:
             number, _, length = struct.unpack_from("<qqB", query.attachment.to_bytes())
             assert length == 16
             attachment = struct.pack("<qqB", number, time.time_ns(), 16) + query.attachment.to_bytes()[17:33]
-            query.reply(key, answer(query.payload.to_bytes()), attachment=attachment)
+
+            def reply(payload: bytes) -> None:
+                query.reply(key, payload, attachment=attachment)
+                query.drop()
+
+            on_request(query.payload.to_bytes(), reply)
 
         self.kept.append(self.session.declare_queryable(key, on_query, complete=True))
 
-    def call(self, name: str, support: Any, payload: bytes) -> tuple[bytes, int, bytes]:
-        """Call a service: the answer, and the number and gid that came with it, by which `rmw_zenoh` finds the call."""
+    def client(self, name: str, support: Any) -> Callable[[bytes], tuple[bytes, int, bytes]]:
+        """A client; what is returned calls the service, and returns the answer with the number and gid that came with
+        it, by which `rmw_zenoh` finds the call.
+        """
         key, gid = self.end("SC", name, support.name, support.type_hash, RELIABLE)
-        replies = self.session.get(
-            key,
-            payload=payload,
-            attachment=struct.pack("<qqB", 41, time.time_ns(), 16) + gid,
-            target=zenoh.QueryTarget.ALL_COMPLETE,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=60.0,
-        )
-        (reply,) = list(replies)
-        assert reply.ok is not None, reply.err.payload.to_string()
-        number, _, length = struct.unpack_from("<qqB", reply.ok.attachment.to_bytes())
-        assert (length, reply.ok.attachment.to_bytes()[17:33]) == (16, gid)
-        return reply.ok.payload.to_bytes(), number, gid
+        numbers = count(41)
+
+        def call(payload: bytes) -> tuple[bytes, int, bytes]:
+            sent = next(numbers)
+            replies = self.session.get(
+                key,
+                payload=payload,
+                attachment=struct.pack("<qqB", sent, time.time_ns(), 16) + gid,
+                target=zenoh.QueryTarget.ALL_COMPLETE,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                timeout=60.0,
+            )
+            (reply,) = list(replies)
+            assert reply.ok is not None, reply.err.payload.to_string()
+            number, _, length = struct.unpack_from("<qqB", reply.ok.attachment.to_bytes())
+            assert (number, length, reply.ok.attachment.to_bytes()[17:]) == (sent, 16, gid)
+            return reply.ok.payload.to_bytes(), number, gid
+
+        return call
+
+    def call(self, name: str, support: Any, payload: bytes) -> tuple[bytes, int, bytes]:
+        """Call a service once."""
+        return self.client(name, support)(payload)
+
+
+def latched_depth(qos: str) -> int | None:
+    """The depth of a transient_local QoS; None of a volatile one."""
+    return int(qos.split(",")[1].partition(":")[0]) if qos.startswith(":1:") else None
