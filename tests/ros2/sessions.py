@@ -29,10 +29,9 @@ RMW_ZENOH = {
     "scouting/gossip/autoconnect": {"router": [], "peer": ["router", "peer"]},
     "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
     "timestamping/enabled": {"router": True, "peer": True, "client": True},
-    "transport/link/tx/lease": 60000,
     "transport/link/tx/keep_alive": 2,
 }
-"""What DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5 of rmw_zenoh_cpp 0.10.5 says and Zenoh's defaults do not."""
+"""What DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5 of rmw_zenoh_cpp 0.10.5 says and Zenoh's defaults do not, and no test."""
 ROUTER = {
     "mode": "router",
     "scouting/multicast/enabled": False,
@@ -60,9 +59,10 @@ def opened(settings: dict[str, Any]) -> Iterator[Any]:
 
 
 @contextmanager
-def rmw_session(port: int) -> Iterator[Any]:
+def rmw_session(port: int, *, lease_ms: int = 60_000) -> Iterator[Any]:
     """A session of `rmw_zenoh` that has found its router, as its nodes wait for one."""
-    with opened(RMW_ZENOH | {"connect/endpoints": [f"tcp/localhost:{port}"]}) as session:
+    own = {"connect/endpoints": [f"tcp/localhost:{port}"], "transport/link/tx/lease": lease_ms}
+    with opened(RMW_ZENOH | own) as session:
         linked = threading.Event()
         listener = session.info.declare_transport_events_listener(lambda _event: linked.set(), history=True)
         assert linked.wait(PATIENCE_S)
