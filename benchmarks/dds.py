@@ -1,24 +1,31 @@
-"""Latency and rate between a node and a program of DDS alone, by the bridge, beside two programs of DDS alone.
+"""Latency and rate between a node and a program of DDS alone, by the bridge, beside its two hops alone.
 
     python -m benchmarks.dds                    # the table; `--seconds 10` measures for longer
 
 The rows of a payload are measured in turn, in one run of this program. Writer, reader and bridge are processes of
 their own. A message carries the time at which it was made, of the machine's monotonic clock; latency is that from there
 to the moment at which the reader has the message, decoded. That has Python's part in it, Cyclone's as ours.
+
+What crosses the bridge takes one hop of Zenoh, over the run's socket, and one of DDS. Two programs of `cyclonedds` and
+two of `zenoh` show what these cost alone; the latter exchange bytes of the same number and decode nothing but the time.
+The first ratio is to DDS alone, the second to both hops.
 """
 
 import argparse
 import json
 import os
 import statistics
+import struct
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+import zenoh
 from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.pub import DataWriter
@@ -28,6 +35,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from busflow.dds.participant import configuration
+from busflow.wire.zenoh.session import open_session
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # where this is run as a file
 from tests.dds.ros2_types import Float64, Header, Image, Imu, Time  # as above
@@ -41,6 +49,8 @@ QOS = Qos(
 PAYLOADS = {"float64": 1000, "imu": 1000, "image 64 kB": 20}
 """Each with its rate in the measure of latency, Hz; cyclonedds takes 60 ns for each byte of an image."""
 IMAGE_BYTES = 64_000
+BYTES = {"float64": 12, "imu": 316, "image 64 kB": 64_044}
+"""The size of each, encoded."""
 WARM_UP = 0.2
 """The share of the first messages that does not count."""
 
@@ -106,6 +116,36 @@ def read_dds(payload: str, seconds: float) -> list[float]:
     return ages
 
 
+def write_zenoh(payload: str, rate_hz: float, seconds: float) -> None:
+    session, rest = open_session(own_folder(), listen="main.sock"), bytes(BYTES[payload] - 8)
+    way: Any = session.declare_publisher("bench", congestion_control=zenoh.CongestionControl.DROP)
+    while not way.matching_status.matching:
+        time.sleep(0.01)
+    time.sleep(0.5)
+    pace(rate_hz, seconds, lambda: way.put(struct.pack("<d", time.monotonic_ns() / 1e9) + rest))
+    time.sleep(0.5)
+    session.close()
+
+
+def read_zenoh(seconds: float) -> list[float]:
+    while not (own_folder() / "main.sock").exists():
+        time.sleep(0.01)
+    ages: list[float] = []
+
+    def on_sample(sample: zenoh.Sample) -> None:
+        (made_s,) = struct.unpack_from("<d", sample.payload.to_bytes())
+        ages.append(time.monotonic_ns() / 1e9 - made_s)
+
+    with open_session(own_folder()) as session:
+        session.declare_subscriber("bench", zenoh.handlers.Callback(on_sample, indirect=False))
+        time.sleep(seconds + 2)
+    return ages
+
+
+def own_folder() -> Path:
+    return Path(os.environ["BUSFLOW_RUNTIME_DIR"])
+
+
 def busflow_message(payload: str, pixels: Any) -> Any:
     """Return a message of busflow's that carries the time."""
     from busflow.msgs import builtin_interfaces, sensor_msgs, std_msgs
@@ -150,7 +190,9 @@ def busflow_node(payload: str, rate_hz: float, seconds: float, *, publishes: boo
             self.done.set()
 
         async def publish_all(self) -> None:
-            await asyncio.sleep(4)  # until the bridge and the reader are there
+            while not self.out.is_received:  # noqa: ASYNC110  # no event says it
+                await asyncio.sleep(0.01)
+            await asyncio.sleep(0.5)  # until the bridge's writer and the reader know each other
             start, number = time.monotonic(), 0
             while (now := time.monotonic()) < start + seconds:
                 number += 1
@@ -171,6 +213,7 @@ def measure(row: str, payload: str, rate_hz: float, seconds: float) -> list[floa
     """Start the processes of a row, and return the ages of the messages at the reader."""
     roles = {
         "DDS to DDS": ["write_dds", "read_dds"],
+        "Zenoh to Zenoh": ["write_zenoh", "read_zenoh"],
         "busflow to DDS": ["publish", "bridge", "read_dds"],
         "DDS to busflow": ["receive", "bridge", "write_dds"],
     }[row]
@@ -187,7 +230,7 @@ def measure(row: str, payload: str, rate_hz: float, seconds: float) -> list[floa
             )
             ending.callback(process.kill)
             processes[role] = process
-        reader = processes["read_dds" if "read_dds" in roles else "receive"]
+        reader = next(processes[role] for role in ("read_dds", "read_zenoh", "receive") if role in roles)
         out, error = reader.communicate(timeout=60 + seconds)
         if reader.returncode:
             raise RuntimeError(error)
@@ -205,15 +248,15 @@ def wait_for_run(environment: dict[str, str]) -> None:
 
 def play(role: str, payload: str, rate_hz: float, seconds: float) -> None:
     """Be one process of a row; a reader prints the ages of what it got."""
-    if role == "write_dds":
-        write_dds(payload, rate_hz, seconds)
-        return
-    ages = (
-        read_dds(payload, seconds)
-        if role == "read_dds"
-        else busflow_node(payload, rate_hz, seconds, publishes=role == "publish")
-    )
-    print(json.dumps(ages))
+    roles: dict[str, Callable[[], list[float] | None]] = {
+        "write_dds": lambda: write_dds(payload, rate_hz, seconds),
+        "write_zenoh": lambda: write_zenoh(payload, rate_hz, seconds),
+        "read_dds": lambda: read_dds(payload, seconds),
+        "read_zenoh": lambda: read_zenoh(seconds),
+        "publish": lambda: busflow_node(payload, rate_hz, seconds, publishes=True),
+        "receive": lambda: busflow_node(payload, rate_hz, seconds, publishes=False),
+    }
+    print(json.dumps(roles[role]()))
 
 
 def main() -> None:
@@ -226,17 +269,19 @@ def main() -> None:
         role, payload, rate_hz, seconds = given.role
         play(role, payload, float(rate_hz), float(seconds))
         return
-    print(f"{'payload':14}{'way':18}{'p50 µs':>10}{'p99 µs':>10}{'ratio of p50':>14}{'most per s':>12}")
+    print(f"{'payload':14}{'way':18}{'p50 µs':>10}{'p99 µs':>10}{'to DDS':>10}{'to both':>10}{'most per s':>12}")
     seconds = 0.5 if given.quick else given.seconds
     for payload, rate_hz in list(PAYLOADS.items())[: 1 if given.quick else None]:
-        base = None
-        for row in ("DDS to DDS", "busflow to DDS", "DDS to busflow"):
+        alone: list[float] = []
+        for row in ("DDS to DDS", "Zenoh to Zenoh", "busflow to DDS", "DDS to busflow"):
             ages = measure(row, payload, rate_hz, seconds)
             ages = sorted(ages[int(len(ages) * WARM_UP) :])
             p50, p99 = statistics.median(ages) * 1e6, ages[int(len(ages) * 0.99)] * 1e6
-            base = base or p50
             most = len(measure(row, payload, 0, seconds)) / seconds
-            print(f"{payload:14}{row:18}{p50:10.0f}{p99:10.0f}{p50 / base:14.2f}{most:12.0f}", flush=True)
+            ratios = f"{p50 / alone[0]:10.2f}{p50 / sum(alone):10.2f}" if len(alone) == 2 else " " * 20
+            if len(alone) < 2:
+                alone.append(p50)
+            print(f"{payload:14}{row:18}{p50:10.0f}{p99:10.0f}{ratios}{most:12.0f}", flush=True)
 
 
 if __name__ == "__main__":
