@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections import deque
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from busflow.actions.endpoints import LEFT, LOST, REJECTED, GoalClient
+from busflow.actions.feedback import DEPTH, FeedbackQueue
 from busflow.actions.goal import F, G, GoalState, Parts, R
 from busflow.actions.identifiers import Identifiers, to_message
 from busflow.bus.services.call import current_activity
@@ -48,8 +49,6 @@ if TYPE_CHECKING:
 
 A = TypeVar("A")
 T = TypeVar("T")
-DEPTH = 10
-"""The default number of feedback messages that wait for the task that reads them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,8 +186,7 @@ class SentGoal(Generic[A]):
         """The goal's identifier."""
         self._id_message = to_message(self.id)
         self._client, self._goal, self._timeout_s = client, goal, timeout_s
-        self._feedback: deque[Any] = deque(maxlen=depth)
-        self._arrival: asyncio.Future[None] | None = None
+        self._feedback = FeedbackQueue(depth, client.clock)
         self._asked: Call[Any, Any] | None = None
         self._outcome: asyncio.Future[Any] | None = None
         self._limit: asyncio.TimerHandle | None = None
@@ -206,11 +204,11 @@ class SentGoal(Generic[A]):
             self._close(REJECTED if isinstance(error, GoalRejected) else LOST if _is_lost(error) else LEFT)
             raise
         request: Any = client.types.get_result.Request
-        self._asked = client.ends.results.post(request(goal_id=self._id_message))
-        if self._asked.reply.done():  # the goal has ended already: nothing is left to wait for
-            self._on_reply(self._asked.reply)
+        self._asked = call = client.ends.results.post(request(goal_id=self._id_message))
+        if call.reply.done():  # the goal has ended already: nothing is left to wait for
+            self._on_reply(call, call.reply)
         else:
-            self._asked.reply.add_done_callback(self._on_reply)
+            call.reply.add_done_callback(partial(self._on_reply, call))
         return self
 
     async def _send(self) -> None:
@@ -270,19 +268,19 @@ class SentGoal(Generic[A]):
         return self
 
     async def __anext__(self: SentGoal[Parts[Any, Any, F]]) -> F:
-        while not self._feedback:
-            if self._future.done():
+        while not self._feedback.items:
+            arrival = self._feedback.arrival()
+            if not self._future.done():
+                await self._wait(arrival)
+            elif self._feedback.is_late:
+                await arrival
+            else:
                 raise StopAsyncIteration
-            self._arrival = asyncio.get_running_loop().create_future()
-            await self._wait(self._arrival)
-        return cast("F", self._feedback.popleft())
+        return cast("F", self._feedback.items.popleft())
 
     def push(self, feedback: Message) -> None:
         """Add feedback; a full queue drops its oldest."""
-        if len(self._feedback) == self._feedback.maxlen:
-            self._client.ends.goals.feedback_dropped += 1
-        self._feedback.append(feedback)
-        self._wake()
+        self._client.ends.goals.feedback_dropped += self._feedback.push(feedback)
 
     @property
     def _future(self) -> asyncio.Future[Any]:
@@ -297,13 +295,9 @@ class SentGoal(Generic[A]):
             self._client.ends.results.refuse_cycle(self._asked)
             await _waited(self._asked, _done(future))
 
-    def _wake(self) -> None:
-        if self._arrival is not None and not self._arrival.done():
-            self._arrival.set_result(None)
-
     # How it ends.
 
-    def _on_reply(self, reply: asyncio.Future[Any]) -> None:
+    def _on_reply(self, call: Call[Any, Any], reply: asyncio.Future[Any]) -> None:
         """Take the answer to `get_result`."""
         waiting = self._client.ends.feedback
         waiting.turn(len(waiting.items))  # what was published before the result, and is on its way
@@ -314,7 +308,8 @@ class SentGoal(Generic[A]):
             self._settle(LOST, self._translated(error) if isinstance(error, ServiceError) else error)
             return
         response: Any = reply.result()
-        state, why = GoalState(response.status), "" if self._asked is None else self._asked.remark
+        state, why = GoalState(response.status), call.remark
+        self._feedback.expect(call.feedback_count)
         if state is GoalState.SUCCEEDED:
             self._settle(state, response.result)
             return
@@ -343,7 +338,7 @@ class SentGoal(Generic[A]):
             future.exception()  # a block that is left need not have asked for it
         else:
             future.set_result(outcome)
-        self._wake()
+        self._feedback.wake()
 
     def _close(self, end: str) -> None:
         """Want no more of the goal; a goal without an outcome ends in this way."""
@@ -352,6 +347,7 @@ class SentGoal(Generic[A]):
             self._limit.cancel()
         if not self._future.done():
             self._settle(end, ActionGone(f"the block of the goal {self.id} was left before it ended"))
+        self._feedback.end()
         if self._asked is not None:
             self._asked.reply.cancel()
 

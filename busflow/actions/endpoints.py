@@ -133,6 +133,11 @@ class ResultServer(Server[Any, Any]):
             call.succeed(goal.response)
         goal.asked.clear()
 
+    def feedback_count(self, call: Call[Any, Any]) -> int:
+        """Return how many feedback messages were published on the goal of a call."""
+        goal = self._goals.find(key_of(call.request.goal_id))
+        return 0 if goal is None else goal.feedback_count
+
     def withdraw(self, call: Call[Any, Any]) -> None:
         """Drop a call whose caller no longer waits; its goal goes on."""
         goal = self._goals.find(key_of(call.request.goal_id))

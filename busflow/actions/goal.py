@@ -67,8 +67,8 @@ class RunningGoal(Generic[A_co]):
     """
 
     __slots__ = (
-        "_goal", "_server", "_status", "activity", "asked", "client", "ending", "handling", "id", "info", "key",
-        "reason", "response", "state", "task",
+        "_goal", "_server", "_status", "activity", "asked", "client", "ending", "feedback_count", "handling", "id",
+        "info", "key", "reason", "response", "state", "task",
     )  # fmt: skip
 
     def __init__(self, server: FeedbackTaker, goal_id: UUID, goal: Message, *, client: str, info: GoalInfo) -> None:
@@ -91,6 +91,8 @@ class RunningGoal(Generic[A_co]):
         """The task of its handler, once that has begun."""
         self.handling: Coroutine[Any, Any, Any] | None = None
         """The call of its handler, once that has begun."""
+        self.feedback_count: int = 0
+        """How many feedback messages were published on it."""
         self.activity: Activity = Activity(f"the goal {goal_id}")
         """The activity of its handler, for which others may wait."""
         self.asked: list[Call[Any, Any]] = []

@@ -202,6 +202,7 @@ class ActionServer(Generic[A]):
             raise IncompatibleType(f"feedback of {self.action} is a {wanted}, not {printable(given, limit=200)}")
         if goal.state.is_terminal:
             raise NotRunning(f"the goal {goal.id} of {self.action} has ended: it gets no feedback any more")
+        goal.feedback_count += 1
         message: Any = self._types.feedback
         self.ends.feedback.publish(message(goal_id=goal.info.goal_id, feedback=feedback))
 

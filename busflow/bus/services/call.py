@@ -106,7 +106,9 @@ class Asker(Protocol):
 class Call(Generic[Req, Res]):
     """One request, and the answer to come."""
 
-    __slots__ = ("activity", "caller", "expiry", "limit_s", "number", "remark", "reply", "request", "service")
+    __slots__ = (
+        "activity", "caller", "expiry", "feedback_count", "limit_s", "number", "remark", "reply", "request", "service",
+    )  # fmt: skip
 
     def __init__(self, service: str, number: int, request: Req, caller: str, limit_s: float | None = None) -> None:
         """Create a call on the running loop.
@@ -127,6 +129,8 @@ class Call(Generic[Req, Res]):
         """The server's activity of answering it."""
         self.remark: str = ""
         """What the server says beside its answer, for people; ROS 2's services have no place for it."""
+        self.feedback_count: int = 0
+        """How many messages of an action's feedback precede its answer, if they come another way: between processes."""
         self.expiry: asyncio.TimerHandle | None = None
         """The timer of its limit."""
         self.reply: asyncio.Future[Res] = asyncio.get_running_loop().create_future()

@@ -19,6 +19,7 @@ from busflow.wire.zenoh.keys import REMARKS, Attachment
 if TYPE_CHECKING:
     import zenoh
 
+    from busflow.bus.services.call import Call
     from busflow.bus.services.service import Service
     from busflow.interfaces.message import Message
     from busflow.wire.mirror.connection import Connection
@@ -42,9 +43,18 @@ class GoalOutlet(ServiceOutlet):
         call = self._service.begin(request, caller=self._name_of(query))
         try:
             response = await call.reply
-            return response, call.remark if query.parameters.get(REMARKS) else ""
+            return response, self._remark(query, call)
         finally:
             self._service.end(call)
+
+    def _remark(self, query: zenoh.Query, call: Call[Any, Any]) -> str:
+        """Return what the client reads beside the answer: nothing if it is one of ROS 2's."""
+        from busflow.actions.endpoints import ResultServer  # here already, unless the process serves no action
+
+        asked, server = query.parameters.get(REMARKS), self._service.server
+        if asked == "2" and isinstance(server, ResultServer):
+            return f"{call.remark}\0{server.feedback_count(call)}"
+        return call.remark if asked else ""
 
     def _name_of(self, query: zenoh.Query) -> str:
         """Return the caller's name, by which its goals are found when its token goes."""

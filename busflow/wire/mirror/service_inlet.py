@@ -26,6 +26,8 @@ _WAITING = 1000
 """Limit of the calls that wait for one remote server."""
 _MOST_REMARK = 400
 """Characters of a remark that are kept."""
+_MOST_DIGITS = 20
+"""Limit of a number beside an answer."""
 _FOREVER_S = 10 * 365 * 86_400
 """Zenoh's time limit of a query, which it requires; a call has its own limit."""
 
@@ -97,7 +99,7 @@ class RemoteServer:
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                self._on_loop(self._succeed, call, reply.ok.payload.to_bytes(), _remark(reply.ok))
+                self._on_loop(self._succeed, call, reply.ok.payload.to_bytes(), *_beside(reply.ok))
             elif reply.err is not None:
                 self._on_loop(self._fail, call, reply.err.payload.to_bytes())
 
@@ -118,13 +120,13 @@ class RemoteServer:
 
     def _parameters(self, call: Call[Any, Any]) -> str:
         stated = [] if call.limit_s is None else [f"{PATIENCE}={call.limit_s}"]
-        stated += [f"{REMARKS}=1"] if action_of(self._service.name) else []
+        stated += [f"{REMARKS}=2"] if action_of(self._service.name) else []
         return f"?{';'.join(stated)}" if stated else ""
 
-    def _succeed(self, call: Call[Any, Any], payload: bytes, remark: str) -> None:
+    def _succeed(self, call: Call[Any, Any], payload: bytes, remark: str, feedback_count: int) -> None:
         if self._waiting.pop(call, None) is None:
             return
-        call.remark = remark
+        call.remark, call.feedback_count = remark, feedback_count
         try:
             call.succeed(self._response.decode(payload))
         except MalformedMessage as error:
@@ -135,7 +137,9 @@ class RemoteServer:
             call.fail(service_refusal(self._service.name, self.node, reply))
 
 
-def _remark(sample: zenoh.Sample) -> str:
-    """Return the text behind the attachment of an answer, which only busflow's servers of actions write."""
+def _beside(sample: zenoh.Sample) -> tuple[str, int]:
+    """Return text and number behind the attachment of an answer, which only busflow's servers of actions write."""
     attachment = b"" if sample.attachment is None else sample.attachment.to_bytes()
-    return printable(attachment[ATTACHMENT_BYTES:].decode(errors="replace"), limit=_MOST_REMARK)
+    text, _, digits = attachment[ATTACHMENT_BYTES:].partition(b"\0")
+    number = int(digits) if digits.isdigit() and len(digits) < _MOST_DIGITS else 0
+    return printable(text.decode(errors="replace"), limit=_MOST_REMARK), number

@@ -28,7 +28,10 @@ READ_ONLY_QUERIES = (
 PATIENCE = "timeout"
 """Name of a query parameter: the seconds that a caller waits for a service's answer."""
 REMARKS = "remarks"
-"""Name of a query parameter of busflow's action clients: they read a text behind the attachment of an answer."""
+"""Name of a query parameter of busflow's action clients: they read a text behind the attachment of an answer.
+
+With the value 2 a zero byte follows, and in digits how many feedback messages precede a result.
+"""
 _GID_BYTES = 16
 _ATTACHMENT = struct.Struct(f"<qqB{_GID_BYTES}s")
 SEQUENCE = struct.Struct("<q")

@@ -1,0 +1,70 @@
+"""FeedbackQueue: the feedback on one goal of a client, until a task reads it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from busflow.clock import NS_PER_S
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+
+DEPTH = 10
+"""The default number of feedback messages that wait for the task that reads them."""
+_PATIENCE_NS = NS_PER_S // 5
+"""How long after a result the last feedback before it may come, which takes another way between processes."""
+
+
+class FeedbackQueue:
+    """A bounded queue of feedback, which knows whether more is to come after the result."""
+
+    def __init__(self, depth: int, clock: Clock) -> None:
+        self.items: deque[Any] = deque(maxlen=depth)
+        """The feedback that waits."""
+        self._clock = clock
+        self._come = 0
+        """The number of feedback messages that have come."""
+        self._expected = 0
+        self._arrival: asyncio.Future[None] | None = None
+        self._patience: asyncio.TimerHandle | None = None
+        """The limit of the wait for what was published before the result; None if nothing is waited for."""
+
+    @property
+    def is_late(self) -> bool:
+        """True if feedback from before the result is still to come."""
+        return self._patience is not None
+
+    def push(self, feedback: Any) -> bool:
+        """Add feedback, and return True if that drops the oldest."""
+        full = len(self.items) == self.items.maxlen
+        self.items.append(feedback)
+        self._come += 1
+        if self._come == self._expected:
+            self.end()
+        self.wake()
+        return full
+
+    def expect(self, count: int) -> None:
+        """Wait for a while until as many have come as were published before the result."""
+        if count > self._come:
+            self._expected = count
+            self._patience = self._clock.call_at(self._clock.monotonic_ns() + _PATIENCE_NS, self.end)
+
+    def end(self) -> None:
+        """Expect no more: all has come, the time is over, or the block of the goal was left."""
+        if self._patience is not None:
+            self._patience.cancel()
+            self._patience = None
+            self.wake()
+
+    def arrival(self) -> asyncio.Future[None]:
+        """Return a future that is done at the next `push` or `wake`."""
+        self._arrival = asyncio.get_running_loop().create_future()
+        return self._arrival
+
+    def wake(self) -> None:
+        """Wake the task that reads."""
+        if self._arrival is not None and not self._arrival.done():
+            self._arrival.set_result(None)
