@@ -86,7 +86,7 @@ def test_a_refused_parameter_shows_its_reason(stage: Stage):
 
 def test_the_reset_service_is_called(stage: Stage, screenshot: Keep):
     stage.view("Services")
-    stage.page.locator(".services-list button", has_text="/sensor_publisher/reset").click()
+    stage.page.locator(".chooser-list button", has_text="/sensor_publisher/reset").click()
     stage.page.get_by_role("button", name="Call", exact=True).click()
     stage.page.wait_for_selector(".answer")
     assert "began anew after" in text_of(stage, ".answer")

@@ -3,10 +3,10 @@ import type { OfferedService } from "../../connection/protocol";
 import { counted } from "../../store/text";
 import { matcher } from "../../store/search";
 import { Check } from "../../controls/check";
+import { Chooser } from "../../controls/chooser";
 import { SearchField } from "../../controls/search_field";
 import type { PanelProps } from "../panel";
 import { CallForm } from "./call_form";
-import "./services.css";
 
 /** Services that every node has for its parameters and its log level. */
 function isCommon(service: OfferedService): boolean {
@@ -35,31 +35,16 @@ export function ServicesPanel({ session, settings, onSettings }: PanelProps) {
           />
         )}
       </div>
-      <div class="services">
-        <ul class="services-list" aria-label="Services">
-          {shown.map((service) => (
-            <li key={service.name}>
-              <button
-                type="button"
-                class="row"
-                aria-current={service === chosen}
-                onClick={() => onSettings({ ...settings, service: service.name })}
-              >
-                <span class="mono">{service.name}</span>
-                <span class="quiet small">{service.type}</span>
-              </button>
-            </li>
-          ))}
-          {shown.length === 0 && <li class="empty">{session.maySteer.value ? "No services" : "This page may only look: it calls no services."}</li>}
-        </ul>
-        <div class="services-call">
-          {chosen === undefined ? (
-            shown.length > 0 && <p class="empty">Choose a service to call it.</p>
-          ) : (
-            <CallForm key={`${chosen.name} ${chosen.id}`} session={session} service={chosen} />
-          )}
-        </div>
-      </div>
+      <Chooser
+        label="Services"
+        choices={shown}
+        chosen={chosen?.name}
+        onChoose={(service) => onSettings({ ...settings, service })}
+        empty={session.maySteer.value ? "No services" : "This page may only look: it calls no services."}
+      >
+        {chosen !== undefined && <CallForm key={`${chosen.name} ${chosen.id}`} session={session} service={chosen} />}
+        {chosen === undefined && shown.length > 0 && <p class="empty">Choose a service to call it.</p>}
+      </Chooser>
     </>
   );
 }

@@ -1,5 +1,5 @@
 /** The form of a request: the fields of its type, and the message that their texts make. Pure. */
-import type { Shape } from "../../messages/shapes";
+import type { Shape } from "../messages/shapes";
 
 export type InputKind = "switch" | "integer" | "number" | "text" | "json";
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { definitionsOf } from "../../messages/decoding";
-import { shapeOfDefinitions, shapeOfJsonSchema } from "../../messages/shapes";
+import { definitionsOf } from "../messages/decoding";
+import { shapeOfDefinitions, shapeOfJsonSchema } from "../messages/shapes";
 import { answerLines } from "./answer_text";
 import { requestFields, requestOf } from "./request_model";
 
