@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from busflow.processes.remote_recorder import RemoteRecorder
     from busflow.recording.bag import Bag
     from busflow.recording.bag.channel import Channel, Entry
+    from busflow.wire.client.actions import ActionPeer, PeerGoal, action_named, actions_of
     from busflow.wire.client.client import Peer, ServiceKind
     from busflow.wire.client.graph_view import EndView, GraphView, NodeView, TopicView
     from busflow.wire.client.known_type import known_type
@@ -64,6 +65,7 @@ _HOMES = {
     "processes.remote_recorder": ("RemoteRecorder",),
     "recording.bag": ("Bag",),
     "recording.bag.channel": ("Channel", "Entry"),
+    "wire.client.actions": ("ActionPeer", "PeerGoal", "action_named", "actions_of"),
     "wire.client.client": ("Peer", "ServiceKind"),
     "wire.client.graph_view": ("EndView", "GraphView", "NodeView", "TopicView"),
     "wire.client.known_type": ("known_type",),
@@ -76,6 +78,7 @@ _ORIGINALS = {"decode_json": "decode", "tell": "print_message"}
 """The names that differ from the name in their module."""
 
 __all__ = [
+    "ActionPeer",
     "Bag",
     "Channel",
     "Compression",
@@ -88,11 +91,14 @@ __all__ = [
     "NodeView",
     "Offer",
     "Peer",
+    "PeerGoal",
     "RemoteRecorder",
     "Selection",
     "ServiceKind",
     "Speaker",
     "TopicView",
+    "action_named",
+    "actions_of",
     "check_full_topic_name",
     "complete_nodes",
     "complete_runs",

@@ -8,14 +8,14 @@ from __future__ import annotations
 import threading
 import uuid
 from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import zenoh
 
 from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS, action_of, action_type_of
-from busflow.errors import ActionGone, ActionUnavailable, GoalRejected, NoSuchTarget
+from busflow.errors import ActionGone, ActionUnavailable, GoalCanceled, GoalRejected, NoSuchTarget
 from busflow.interfaces.encoding.description import assemble, rihs01, types_in
 from busflow.text import did_you_mean, printable
 from busflow.wire.client.graph_view import TopicView, is_hidden
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 _FOREVER_S = 10 * 365 * 86_400
 _LATCHED_S = 2.0
 """How long to wait for the states that a server keeps."""
+_REFUSALS = {1: "no goal can be canceled", 2: "no goal has this identifier", 3: "the goal has ended already"}
+"""Why a cancel was refused, by ROS 2's code."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +47,11 @@ class ActionView:
     def type(self) -> str:
         """Its type, or those that are in conflict."""
         return ", ".join(self.types)
+
+    @property
+    def topics(self) -> tuple[str, str]:
+        """The names of the topics of its feedback and of its goals' states, which are hidden."""
+        return self.name + FEEDBACK, self.name + STATUS
 
 
 def actions_of(graph: GraphView) -> dict[str, ActionView]:
@@ -137,11 +144,19 @@ class ActionPeer:
             raise GoalRejected(f"the goal was rejected: {remark or 'the server gives no reason'}")
         return PeerGoal(self._peer, self, self._result, goal_id, gid, arrived)
 
-    def cancel(self, goal_id: uuid.UUID | None, *, timeout_s: float) -> tuple[int, list[str]]:
-        """Cancel one goal, or all; return ROS 2's code and the identifiers of those that end now."""
+    def cancel(self, goal_id: uuid.UUID | None, *, timeout_s: float) -> list[str]:
+        """Cancel one goal, or all; return the identifiers of those that end now.
+
+        Raises:
+            NoSuchTarget: the server refuses, for one of ROS 2's reasons; of all goals there may be none.
+            ServiceError: there is no answer.
+        """
         info = {"goal_id": _uuid(goal_id or uuid.UUID(int=0))}
         answer = self._peer.call(self._cancel, {"goal_info": info}, timeout_s=timeout_s)
-        return answer["return_code"], [_text(each["goal_id"]) for each in answer["goals_canceling"]]
+        code, canceled = answer["return_code"], [_text(each["goal_id"]) for each in answer["goals_canceling"]]
+        if code and (goal_id is not None or canceled):
+            raise NoSuchTarget(f"{self.action.name}: {_REFUSALS.get(code, f'it is refused with code {code}')}")
+        return canceled
 
     def goals(self) -> list[dict[str, Any]]:
         """Return the goals whose states the servers keep: `{id, state, accepted_ns}`, in their order."""
@@ -175,6 +190,7 @@ class PeerGoal:
         self.remark: str = ""
         """Why it did not succeed, if the server says so."""
         self._peer, self._action, self._arrived = peer, action, arrived
+        self._is_given_up = False
         self._results, self._answer = results, list[zenoh.Sample | None]()
         self._drain: Callable[[], None] = lambda: None
 
@@ -213,9 +229,12 @@ class PeerGoal:
 
         Raises:
             ActionGone: the server is there no more.
+            GoalCanceled: it is waited for no longer.
             RunEnded: the run has ended.
         """
         while not self._answer:
+            if self._is_given_up:
+                raise GoalCanceled(f"{self._action.action.name}: the goal {self.id} is waited for no longer")
             if not self._arrived.wait(1.0):
                 self._peer.require_run()
             self._arrived.clear()
@@ -229,9 +248,15 @@ class PeerGoal:
         answer: Any = self._results.response.decode(sample.payload.to_bytes())
         return answer["status"], answer["result"]
 
+    def give_up(self) -> None:
+        """Let `result` raise instead of wait; from any thread."""
+        self._is_given_up = True
+        self._arrived.set()
+
     def cancel(self, *, timeout_s: float) -> None:
-        """Ask the server to cancel the goal."""
-        self._action.cancel(self.id, timeout_s=timeout_s)
+        """Ask the server to cancel the goal, if it has not ended."""
+        with suppress(NoSuchTarget):
+            self._action.cancel(self.id, timeout_s=timeout_s)
 
 
 def _part(whole: ForeignType, name: str) -> ForeignType:

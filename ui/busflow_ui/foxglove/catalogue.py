@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from busflow.cli.commands import GraphView, Selection, TopicView, full_topic_name_fault, known_type
+from busflow.cli.commands import GraphView, Selection, TopicView, actions_of, full_topic_name_fault, known_type
 from busflow.errors import BusflowError, InspectionUnavailable, NoSuchTarget
 from busflow.text import did_you_mean, printable
 
@@ -32,7 +32,7 @@ class OfferedTopic:
 
     def announcement(self) -> dict[str, Any]:
         """Return the announcement of this entry, in the protocol's words."""
-        return {"id": self.id, "topic": self.topic.name, "schemaName": self.type.name, **_encoding(self.type)}
+        return {"id": self.id, "topic": self.topic.name, **written_form(self.type)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class OfferedService:
     def announcement(self) -> dict[str, Any]:
         """Return the announcement of this entry, in the protocol's words."""
         parts = {"request": self.kind.request, "response": self.kind.response}
-        schemas = {word: {"schemaName": part.name, **_encoding(part)} for word, part in parts.items()}
+        schemas = {word: written_form(part) for word, part in parts.items()}
         return {"id": self.id, "name": self.kind.name, "type": self.kind.type, **schemas}
 
 
@@ -156,8 +156,13 @@ class Catalogue:
         return new, gone
 
     def _topics(self, graph: GraphView) -> Iterator[TopicView]:
-        """Return the wanted topics; a name that breaks ROS's grammar has no key to listen to, and is left out."""
-        wanted = (topic for topic in graph.topics.values() if self._wanted.includes(topic.name))
+        """Return the wanted topics, and the feedback and states of the wanted actions, though their names are hidden.
+
+        A name that breaks ROS's grammar has no key to listen to, and is left out.
+        """
+        actions = (each for each in actions_of(graph).values() if self._wanted.includes(each.name))
+        of_actions = {name for each in actions for name in each.topics}
+        wanted = (each for each in graph.topics.values() if each.name in of_actions or self._wanted.includes(each.name))
         return (topic for topic in wanted if full_topic_name_fault(topic.name) is None)
 
     def _learn(self, topic: str, kind: Kind) -> None:
@@ -188,6 +193,7 @@ def _answered(graph: GraphView) -> list[TopicView]:
     return [each for each in graph.services.values() if each.publishers and not each.hidden]
 
 
-def _encoding(type_: ForeignType) -> dict[str, str]:
-    """Return the encoding of a type's messages, and its definition."""
-    return {"encoding": type_.encoding, "schemaEncoding": type_.definition_encoding, "schema": type_.definition}
+def written_form(type_: ForeignType) -> dict[str, str]:
+    """Return a type's name, the encoding of its messages and its definition, in the protocol's words."""
+    schema = {"schemaEncoding": type_.definition_encoding, "schema": type_.definition}
+    return {"schemaName": type_.name, "encoding": type_.encoding, **schema}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64decode
 from collections.abc import Mapping
 from typing import Any, cast
 
@@ -20,6 +21,18 @@ def text(arguments: Mapping[str, Any], word: str) -> str:
     if not isinstance(found, str):
         raise MalformedMessage(f"{word} is text")
     return found
+
+
+def encoded(arguments: Mapping[str, Any], word: str) -> bytes:
+    """Return bytes, which are written as base64.
+
+    Raises:
+        MalformedMessage: They are missing, or something else.
+    """
+    try:
+        return b64decode(text(arguments, word), validate=True)
+    except ValueError:
+        raise MalformedMessage(f"{word} is base64") from None
 
 
 def texts(arguments: Mapping[str, Any], word: str) -> list[str] | None:

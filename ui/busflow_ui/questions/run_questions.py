@@ -21,8 +21,9 @@ from busflow_ui.questions.followed import Changed, NewLines
 from busflow_ui.questions.graph_answer import Moment, graph_answer
 from busflow_ui.questions.heartbeat import Heartbeat
 from busflow_ui.questions.last_errors import LastErrors
+from busflow_ui.questions.page_goals import PageGoals
 from busflow_ui.questions.page_recorder import PageRecorder
-from busflow_ui.questions.session import AskingOnly, Question, Session, mistake
+from busflow_ui.questions.session import AnswerInParts, AskingOnly, Question, Session, mistake
 from busflow_ui.questions.steering import Steering
 
 if TYPE_CHECKING:
@@ -88,8 +89,14 @@ class RunQuestions:
 
     def session(self, viewer: Viewer) -> Session:
         """Begin the conversation with a page."""
-        asking = {"ask_assistant": self._asking(Allowance(QUESTIONS_A_MINUTE) if viewer.read_only else None)}
-        return self._begin(viewer, {**self._questions, **asking})
+        goals = PageGoals(self._bridge)
+        own = {
+            "action": Question(goals.types),
+            "send_goal": _in_parts(goals.send, changes=_always),
+            "cancel_goal": Question(goals.cancel, changes=_always),
+            "ask_assistant": self._asking(Allowance(QUESTIONS_A_MINUTE) if viewer.read_only else None),
+        }
+        return self._begin(viewer, {**self._questions, **own}, goals.close)
 
     def asking_session(self, viewer: Viewer) -> AskingOnly:
         """Begin the conversation with a page that may ask the assistant, and nothing else."""
@@ -97,19 +104,17 @@ class RunQuestions:
         return AskingOnly(self._begin(viewer, questions))
 
     def _asking(self, allowance: Allowance | None) -> Question:
-        assistant = self._assistant
-        return Question(
-            lambda arguments: assistant.ask(arguments, lambda _part: None, allowance),
-            in_parts=lambda arguments, send_part: assistant.ask(arguments, send_part, allowance),
-        )
+        return _in_parts(lambda arguments, send_part: self._assistant.ask(arguments, send_part, allowance))
 
-    def _begin(self, viewer: Viewer, questions: Mapping[str, Question]) -> Session:
+    def _begin(
+        self, viewer: Viewer, questions: Mapping[str, Question], close: Callable[[], object] = lambda: None
+    ) -> Session:
+        def on_close(session: Session) -> None:
+            self._sessions.discard(session)
+            close()
+
         session = Session(
-            questions,
-            viewer.send,
-            read_only=viewer.read_only,
-            print_message=self._print,
-            on_close=self._sessions.discard,
+            questions, viewer.send, read_only=viewer.read_only, print_message=self._print, on_close=on_close
         )
         self._sessions.add(session)
         return session
@@ -233,3 +238,9 @@ class RunQuestions:
 
 def _always(_arguments: Mapping[str, Any]) -> bool:
     return True
+
+
+def _in_parts(
+    answer: AnswerInParts, *, changes: Callable[[Mapping[str, Any]], bool] = lambda _arguments: False
+) -> Question:
+    return Question(lambda arguments: answer(arguments, lambda _part: None), in_parts=answer, changes=changes)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow.clock import NS_PER_S
 from busflow.errors import BagError, MalformedMessage
+from busflow_ui.recordings.recording import is_hidden
 
 if TYPE_CHECKING:
     from busflow_ui.recordings.recording import RecordedTopic, Recording
@@ -62,7 +63,7 @@ def _topic(topic: RecordedTopic, recording: Recording) -> dict[str, Any]:
     return {
         "name": channel.topic,
         "type": channel.type_name,
-        "hidden": False,
+        "hidden": is_hidden(channel.topic),
         "external": False,
         "published": count,
         "rate_hz": round(count / duration_s, 3) if duration_s else None,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _FIRST_NS = 250_000_000
 """How far before a moment the last message of a topic is looked for first; then four times as far, and so on."""
 _FURTHER = 4
+_STATUS, _FEEDBACK = "/_action/status", "/_action/feedback"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ class Recording:
         self.start_ns: int = start_ns
         self.end_ns: int = end_ns
         spans = bag.spans()
-        shown = [each for each in bag.channels if each.count and not _is_hidden(each.topic)]
+        shown = [each for each in bag.channels if each.count and is_offered(each.topic)]
         self.topics: Mapping[int, RecordedTopic] = {
             id_: RecordedTopic(id_, channel, *spans.get(channel, (start_ns, end_ns)))
             for id_, channel in enumerate(shown, 1)
@@ -116,5 +117,15 @@ def opened(path: Path) -> Recording:
         raise
 
 
-def _is_hidden(name: str) -> bool:
+def is_hidden(name: str) -> bool:
+    """Return whether a name is shown only on request."""
     return any(part.startswith("_") for part in name.split("/"))
+
+
+def is_offered(name: str) -> bool:
+    """Return whether a topic is offered to pages: of hidden ones the states and the feedback of an action's goals.
+
+    >>> [is_offered(name) for name in ("/imu", "/_imu", "/arm/move/_action/status", "/_arm/move/_action/status")]
+    [True, False, True, False]
+    """
+    return not is_hidden(name.removesuffix(_STATUS).removesuffix(_FEEDBACK))

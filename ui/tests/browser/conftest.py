@@ -87,7 +87,15 @@ class Odd(Node):
 
     @action(Fibonacci, "~/count")
     async def count(self, goal: RunningGoal[Fibonacci]) -> Fibonacci.Result:
+        """Count at once; to 0 it counts until it is canceled."""
+        while not goal.request.order:
+            goal.feedback(Fibonacci.Feedback(sequence=[7, 8, 9]))
+            await self.clock.sleep(0.05)
         return Fibonacci.Result(sequence=list(range(goal.request.order)))
+
+    @count.accepts
+    def possible(self, request: Fibonacci.Goal) -> bool | str:
+        return True if request.order >= 0 else f"{{self.parameters.note}} does not count to {{request.order}}"
 
     @subscription("cmd_vel")
     def drive(self, twist: Twist) -> None:

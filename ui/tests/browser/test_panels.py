@@ -114,6 +114,70 @@ def test_an_action_is_drawn_with_its_goals(stage: Stage, screenshot: Keep):
     main.locator('[data-vertex="action /odd/count"]').wait_for(state="detached")
 
 
+def goals_of_count(stage: Stage, page: Any = None) -> Any:
+    """The panel of actions, with the one chosen that the node has."""
+    page = page or stage.page
+    page.locator(".rail-item", has_text="Actions").click()
+    page.get_by_label("Actions", exact=True).get_by_role("button", name="/odd/count").click()
+    return page.locator("main")
+
+
+def test_a_goal_is_sent_and_succeeds(stage: Stage):
+    main = goals_of_count(stage)
+    main.get_by_label("order").fill("4")
+    main.get_by_role("button", name="Send goal").click()
+    goal = main.locator(".goal", has_text="succeeded").filter(has_text="sent here").first
+    goal.locator(".answer", has_text="sequence: [0, 1, 2, 3]").wait_for()
+
+
+def test_a_goal_has_feedback_until_it_is_canceled(stage: Stage, screenshot: Keep):
+    main = goals_of_count(stage)
+    main.get_by_label("order").fill("")
+    main.get_by_role("button", name="Send goal").click()
+    goal = main.locator(".goal", has_text="executing")
+    goal.locator(".answer", has_text="sequence: [7, 8, 9]").wait_for()
+    screenshot(stage.page, "actions")
+    stage.view("Log")  # the goal goes on, and is there again
+    with closing(stage.opened(stage.shown)) as other:
+        goals_of_count(stage, other).locator(".goal", has_text="of another client").locator(".answer").first.wait_for()
+        main = goals_of_count(stage)
+        main.locator(".goal", has_text="executing").get_by_role("button", name="Cancel").click()
+        main.locator(".goal", has_text="sent here").filter(has_text="canceled").locator("text=Result").wait_for()
+        other.locator(".goal", has_text="canceled").first.wait_for()
+
+
+def test_a_refused_goal_shows_its_reason(stage: Stage):
+    main = goals_of_count(stage)
+    main.get_by_label("order").fill("-3")
+    main.get_by_role("button", name="Send goal").click()
+    goal = main.locator(".goal", has_text="not accepted")
+    goal.locator("text=does not count to -3").wait_for()
+    assert goal.locator("img").count() == 0, "markup is text"
+    main.get_by_label("order").fill("many")
+    main.get_by_role("button", name="Send goal").click()
+    main.locator("[role=alert]", has_text="many is no whole number").wait_for()
+
+
+def test_a_goal_has_a_time_limit(stage: Stage):
+    main = goals_of_count(stage)
+    main.get_by_label("order").fill("0")
+    main.get_by_label("time limit").fill("0.3")
+    main.get_by_label("time limit").press("Tab")
+    main.get_by_role("button", name="Send goal").click()
+    main.locator(".goal", has_text="did not end within 0.3 s").filter(has_text="canceled").wait_for()
+
+
+def test_a_page_that_looks_has_no_form(stage: Stage):
+    shown = Shown("--read-only", environment=stage.place.environment, folder=stage.folder)
+    try:
+        with closing(stage.opened(shown)) as page:
+            main = goals_of_count(stage, page)
+            main.locator("text=This page may only look: it sends no goals.").wait_for()
+            assert main.get_by_role("button", name="Send goal").count() == 0
+    finally:
+        shown.end()
+
+
 # Driving.
 
 

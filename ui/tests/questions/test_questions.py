@@ -2,7 +2,8 @@
 
 Of `allowance.py`, `arguments.py`, `cited_pages.py`, `followed.py`, `frames.py`, `graph_answer.py` and `session.py`.
 What needs a run (`run_questions.py`, `steering.py`, `heartbeat.py`, `last_errors.py`, `page_recorder.py`) is asked
-in `page_server/test_page_server.py`, and `assistant_questions.py` in `page_server/test_asking.py`.
+in `page_server/test_page_server.py`, `assistant_questions.py` in `page_server/test_asking.py`, and `page_goals.py` in
+`page_server/test_goals.py`.
 """
 
 import asyncio

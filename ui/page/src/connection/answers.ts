@@ -283,6 +283,31 @@ export interface AssistantAnswer {
   readonly ms: number;
 }
 
+/** A message type in the protocol's words. */
+export interface WrittenForm {
+  readonly schemaName: string;
+  readonly encoding: string;
+  readonly schema: string;
+  readonly schemaEncoding: string;
+}
+
+/** What a goal and a result of an action are. */
+export interface ActionTypes {
+  readonly type: string;
+  readonly goal: WrittenForm;
+  readonly result: WrittenForm;
+}
+
+/** The end of a goal. */
+export interface GoalEnd {
+  /** ROS 2's number. */
+  readonly state: number;
+  /** Encoded, in base64. */
+  readonly result: string;
+  /** Why it did not succeed; empty where its server does not say. */
+  readonly reason: string;
+}
+
 /** What each question takes and is answered with. */
 export interface QuestionTable {
   graph: { arguments: Record<string, never>; answer: Graph };
@@ -296,6 +321,11 @@ export interface QuestionTable {
   save_parameters: { arguments: { nodes?: readonly string[]; dry_run: boolean }; answer: FileEdit };
   order: { arguments: { node: string; order: "start" | "stop" | "restart" }; answer: { readonly state: string } };
   log_level: { arguments: { node: string; level: string }; answer: Record<string, never> };
+  action: { arguments: { action: string }; answer: ActionTypes };
+  /** The goal is encoded, in base64; `{id}` comes before the answer, when it is accepted. */
+  send_goal: { arguments: { action: string; goal: string; limit_s: number | null }; answer: GoalEnd };
+  /** All goals where none is named. */
+  cancel_goal: { arguments: { action: string; id?: string }; answer: { readonly canceling: readonly string[] } };
   record: { arguments: { on?: boolean }; answer: Recorded };
   seek: { arguments: { stamp_ns?: string; play?: boolean; rate?: number }; answer: { readonly stamp_ns: string } };
   overview: { arguments: OverviewRequest; answer: Overview };

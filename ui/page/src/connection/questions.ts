@@ -10,7 +10,7 @@ export class QuestionError extends Error {}
 interface Pending {
   readonly resolve: (answer: unknown) => void;
   readonly reject: (error: QuestionError) => void;
-  readonly timer: ReturnType<typeof setTimeout>;
+  readonly timer: ReturnType<typeof setTimeout> | undefined;
   readonly onPart: ((part: unknown) => void) | undefined;
 }
 
@@ -30,20 +30,25 @@ export class Questions {
     this.#send = send;
   }
 
-  /** Asks the run; parts of an answer that has some come before it. Rejects with QuestionError where it refuses, is not connected, or does not answer in time. */
+  /**
+   * Asks the run; parts of an answer that has some come before it.
+   *
+   * Rejects with QuestionError where the run refuses, is not connected, or does not answer in time; null is no limit.
+   */
   ask<Q extends Question>(
     question: Q,
     args: QuestionTable[Q]["arguments"],
-    limitMs = LIMIT_MS,
+    limitMs: number | null = LIMIT_MS,
     onPart?: (part: unknown) => void,
   ): Promise<QuestionTable[Q]["answer"]> {
     if (!this.#isOpen) return Promise.reject(new QuestionError("There is no connection to the run."));
     const id = (this.#ids += 1);
     return new Promise<QuestionTable[Q]["answer"]>((resolve, reject) => {
-      const timer = setTimeout(() => {
+      const giveUp = (ms: number): void => {
         this.#pending.delete(id);
-        reject(new QuestionError(`No answer within ${limitMs / 1000} s.`));
-      }, limitMs);
+        reject(new QuestionError(`No answer within ${ms / 1000} s.`));
+      };
+      const timer = limitMs === null ? undefined : setTimeout(giveUp, limitMs, limitMs);
       this.#pending.set(id, { resolve: resolve as (answer: unknown) => void, reject, timer, onPart });
       this.#send({ op: "busflow/ask", id, question, arguments: args });
     });

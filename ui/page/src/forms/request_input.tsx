@@ -1,4 +1,5 @@
 /** One field of a request's form. */
+import { jsonText } from "../messages/json";
 import type { RequestField } from "./request_model";
 
 interface InputProps {
@@ -16,6 +17,11 @@ const EXAMPLES: Readonly<Record<RequestField["kind"], string>> = {
   json: "[]",
 };
 
+/** Returns what stands for an empty field: the default of its type. */
+function usualText({ usual }: RequestField): string {
+  return usual === undefined ? "" : typeof usual === "string" ? usual : jsonText(usual);
+}
+
 export function RequestInput({ field, text, error, onText }: InputProps) {
   const id = `request-${field.path.join(".")}`;
   return (
@@ -26,7 +32,7 @@ export function RequestInput({ field, text, error, onText }: InputProps) {
           id={id}
           type="checkbox"
           role="switch"
-          checked={text === "true"}
+          checked={(text || usualText(field)) === "true"}
           onChange={(event) => onText(String(event.currentTarget.checked))}
         />
       ) : (
@@ -34,7 +40,7 @@ export function RequestInput({ field, text, error, onText }: InputProps) {
           id={id}
           class={`field ${field.kind === "json" ? "mono" : ""}`}
           inputMode={field.kind === "integer" || field.kind === "number" ? "decimal" : "text"}
-          placeholder={EXAMPLES[field.kind]}
+          placeholder={usualText(field) || EXAMPLES[field.kind]}
           aria-invalid={error !== null}
           aria-describedby={error === null ? undefined : `${id}-error`}
           spellcheck={false}

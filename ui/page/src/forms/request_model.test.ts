@@ -61,6 +61,15 @@ test("a field that is wrong says so", () => {
   assert.equal(built.errors.get("id"), "1.5 is no whole number.");
 });
 
+test("an empty field has the default of its type", () => {
+  const shape = shapeOfDefinitions("zoo/action/Go_Goal", definitionsOf("float64 speed 0.5\nbool fast true\nint32[] steps [1, 2]\nstring name\n"));
+  const usual = { speed: 0.5, fast: true, steps: [1, 2] };
+  assert.deepEqual(requestOf(requestFields(shape), new Map()), { message: usual });
+  assert.deepEqual(requestOf(requestFields(shape), new Map([["speed", "2"], ["fast", "false"]])), { message: { ...usual, speed: 2, fast: false } });
+  const schema = { type: "object", properties: { on: { type: "boolean", default: true } } };
+  assert.deepEqual(requestOf(requestFields(shapeOfJsonSchema(schema)), new Map()), { message: { on: true } });
+});
+
 test("an infinite number can be written", () => {
   assert.deepEqual(requestOf(FIELDS, new Map([["goal.x", "-.inf"]])), { message: { goal: { x: -Infinity } } });
 });

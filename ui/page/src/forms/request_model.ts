@@ -9,6 +9,8 @@ export interface RequestField {
   readonly kind: InputKind;
   /** The type as it is declared, such as `float64` or `string[]`. */
   readonly type: string;
+  /** The default of the type, where its definition states one. */
+  readonly usual?: unknown;
 }
 
 const INTEGERS = /^(u?int(8|16|32|64)|byte|char|integer)$/;
@@ -24,7 +26,10 @@ export function requestFields(shape: Shape): readonly RequestField[] {
   const walk = (each: Shape, path: readonly string[]): void => {
     if (found.length >= MOST_FIELDS || path.at(-1) === PLACEHOLDER) return;
     if (each.fields !== undefined && !each.many) for (const [name, inner] of each.fields) walk(inner, [...path, name]);
-    else if (path.length > 0) found.push({ path, kind: kindOf(each), type: `${each.type}${each.many ? "[]" : ""}` });
+    else if (path.length > 0) {
+      const usual = each.usual === undefined ? {} : { usual: each.usual };
+      found.push({ path, kind: kindOf(each), type: `${each.type}${each.many ? "[]" : ""}`, ...usual });
+    }
   };
   walk(shape, []);
   return found;
@@ -41,14 +46,17 @@ function kindOf({ type, many }: Shape): InputKind {
 export type Built =
   { readonly message: Record<string, unknown> } | { readonly errors: ReadonlyMap<string, string> };
 
-/** Returns the message that the texts make, by the dotted paths of their fields; empty ones are left out. */
+/** Returns the message that the texts make, by the dotted paths of their fields; empty ones have their defaults, or are left out. */
 export function requestOf(fields: readonly RequestField[], texts: ReadonlyMap<string, string>): Built {
   const errors = new Map<string, string>();
   const message: Record<string, unknown> = {};
   for (const field of fields) {
     const key = field.path.join(".");
     const text = texts.get(key) ?? "";
-    if (text === "") continue;
+    if (text === "") {
+      if (field.usual !== undefined) put(message, field.path, field.usual);
+      continue;
+    }
     try {
       put(message, field.path, valueOf(text, field.kind));
     } catch (error) {

@@ -10,6 +10,8 @@ export interface Shape {
   readonly type: string;
   readonly many: boolean;
   readonly fields: ReadonlyMap<string, Shape> | undefined;
+  /** The default that the definition states; missing where it states none. */
+  readonly usual?: unknown;
 }
 
 const NUMBERS = /^(u?int(8|16|32|64)|float(32|64)|bool|number|integer|boolean)$/;
@@ -32,10 +34,16 @@ export function shapeOfDefinitions(type: string, definitions: readonly MessageDe
     return {
       type: name,
       many,
-      fields: new Map(fields.map((each) => [each.name, shape(each.type, each.isArray === true, depth + 1)])),
+      fields: new Map(
+        fields.map((each) => [each.name, withUsual(shape(each.type, each.isArray === true, depth + 1), each.defaultValue)]),
+      ),
     };
   };
   return shape(definitions[0]?.name ?? type, false, 0);
+}
+
+function withUsual(shape: Shape, usual: unknown): Shape {
+  return usual === undefined ? shape : { ...shape, usual };
 }
 
 function timeFields(): ReadonlyMap<string, Shape> {
@@ -53,7 +61,8 @@ export function shapeOfJsonSchema(schema: unknown, depth = 0): Shape {
   const type = typeof schema.type === "string" ? schema.type : "any";
   if (!isRecord(schema.properties)) return { type, many: false, fields: undefined };
   const rows = Object.entries(schema.properties).slice(0, MOST_PATHS);
-  return { type, many: false, fields: new Map(rows.map(([key, each]) => [key, shapeOfJsonSchema(each, depth + 1)])) };
+  const fields = rows.map(([key, each]) => [key, withUsual(shapeOfJsonSchema(each, depth + 1), isRecord(each) ? each.default : undefined)] as const);
+  return { type, many: false, fields: new Map(fields) };
 }
 
 /** Returns the number that a plot shows of a value; undefined if it is none. */

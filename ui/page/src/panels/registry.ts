@@ -1,4 +1,5 @@
 /** The panels, in the order in which the page lists them. */
+import { ActionsPanel } from "./actions/actions_panel";
 import { GraphPanel } from "./graph/graph_panel";
 import { HealthPanel } from "./health/health_panel";
 import { Images } from "./images/images";
@@ -18,6 +19,7 @@ export const PANELS: readonly Panel[] = [
   { kind: "parameters", title: "Parameters", component: ParametersPanel },
   { kind: "log", title: "Log", component: LogPanel },
   { kind: "services", title: "Services", component: ServicesPanel },
+  { kind: "actions", title: "Actions", component: ActionsPanel },
   { kind: "health", title: "Health", component: HealthPanel },
   { kind: "teleop", title: "Teleop", component: TeleopPanel },
 ];

@@ -8,6 +8,7 @@ import { Topics } from "../connection/topics";
 import type { AssistantState, Finding, Graph, LogLine, RecordingTime, Run } from "../connection/answers";
 import { ConnectionGraph } from "./connection_graph";
 import { followed } from "./followed";
+import { Goals } from "./goals";
 import { Rates, type RateTable } from "./rates";
 
 export interface Status {
@@ -47,6 +48,7 @@ export class Session {
   readonly topics: Topics;
   readonly services: Services;
   readonly questions: Questions;
+  readonly goals: Goals;
   /** Followed while a panel reads them; what was last known stays when the connection ends. */
   readonly graph: ReadonlySignal<GraphState | null>;
   readonly log: ReadonlySignal<readonly LogEntry[]>;
@@ -75,6 +77,7 @@ export class Session {
     this.topics = new Topics(this.#connection);
     this.services = new Services(this.#connection);
     this.questions = new Questions((operation) => this.#connection.send(operation));
+    this.goals = new Goals(this.questions);
     this.#parameterChanges = signal<ReadonlyMap<string, number>>(new Map(), {
       watched: () => this.#followParameters(true),
       unwatched: () => this.#followParameters(false),

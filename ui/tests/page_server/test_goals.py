@@ -1,0 +1,174 @@
+"""Goals that a page sends, through `busflow ui` itself, while a node with an action runs. Of `page_goals.py`."""
+
+import base64
+import uuid
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from busflow import GoalState
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.msgs.action_msgs import GoalStatusArray
+from busflow.msgs.example_interfaces import Fibonacci
+from ui.tests.page_server.conftest import Page
+
+LAUNCH = "name: counting\nplugins: [plugins]\nnodes:\n  counter: {plugin: counter}\n"
+COUNTER = '''
+from busflow import Node, RunningGoal, action
+from busflow.msgs.example_interfaces import Fibonacci
+
+
+class Counter(Node):
+    """Counts to the order of a goal; to 0 it counts for ever."""
+
+    async def start(self) -> None:
+        self.log.info("it counts")
+
+    @action(Fibonacci, "~/count", when_busy="parallel", at_most=20)
+    async def count(self, goal: RunningGoal[Fibonacci]) -> Fibonacci.Result:
+        numbers = [1]
+        while len(numbers) != goal.request.order:
+            goal.feedback(Fibonacci.Feedback(sequence=numbers[-9:]))
+            await self.clock.sleep(0.02)
+            numbers.append(len(numbers) + 1)
+        return Fibonacci.Result(sequence=numbers)
+
+    @count.accepts
+    def possible(self, request: Fibonacci.Goal) -> bool | str:
+        return True if request.order >= 0 else f"it does not count to {request.order}"
+'''
+ACTION = "/counter/count"
+
+
+@pytest.fixture(scope="module")
+def environment(stand: Callable[..., Any]) -> dict[str, str]:
+    """That of a run with the node."""
+    place, run = stand("counting", LAUNCH, {"counter": COUNTER})
+    run.wait_for("it counts")
+    found: dict[str, str] = place.environment
+    return found
+
+
+@pytest.fixture(scope="module")
+def serving(show: Callable[..., Any], environment: dict[str, str]) -> Any:
+    return show(environment=environment)
+
+
+@pytest.fixture
+def page(serving: Any) -> Iterator[Page]:
+    """A page that is sent the states of the goals; it goes with the test."""
+    with serving.pages:
+        page = serving.page()
+        page.subscribe(f"{ACTION}/_action/status")
+        yield page
+
+
+def written(order: int) -> str:
+    """A goal as the page writes it."""
+    return base64.b64encode(TypeSupport(Fibonacci.Goal).encode(Fibonacci.Goal(order=order))).decode()
+
+
+def begun(page: Page, order: int = 0, **options: Any) -> str:
+    """Send a goal; return its identifier."""
+    page.send(
+        "busflow/ask", id=900, question="send_goal", arguments={"action": ACTION, "goal": written(order), **options}
+    )
+    return str(page.until(lambda frame: frame["op"] == "busflow/part" and frame["id"] == 900)["part"]["id"])
+
+
+def end_of(page: Page) -> dict[str, Any]:
+    return page.until(lambda frame: frame["op"] == "busflow/answer" and frame["id"] == 900)
+
+
+def wait_for_state(page: Page, goal_id: str, state: GoalState) -> None:
+    """Wait until the server says that a goal has this state."""
+    type_ = TypeSupport(GoalStatusArray)
+    while True:
+        for each in type_.decode(page.message()["payload"]).status_list:
+            if bytes(each.goal_info.goal_id.uuid) == uuid.UUID(goal_id).bytes and each.status == state:
+                return
+
+
+def test_a_goal_has_feedback_and_a_result(page: Page):
+    types = page.answer("action", action="counter/count")
+    assert types["type"] == "example_interfaces/action/Fibonacci"
+    assert types["goal"]["schema"].strip() == "int32 order"
+    page.subscribe(f"{ACTION}/_action/feedback", 2)
+    page.send("busflow/ask", id=900, question="send_goal", arguments={"action": ACTION, "goal": written(3)})
+    frames: list[dict[str, Any]] = []
+    answer = page.until(lambda frame: frames.append(frame) or frame["op"] == "busflow/answer")["answer"]
+    assert (answer["state"], answer["reason"]) == (GoalState.SUCCEEDED, "")
+    result = TypeSupport(Fibonacci.Result).decode(base64.b64decode(answer["result"]))
+    assert list(result.sequence) == [1, 2, 3]
+    (goal_id,) = [frame["part"]["id"] for frame in frames if frame["op"] == "busflow/part"]
+    feedback = [frame["payload"] for frame in frames if frame.get("subscription") == 2]
+    assert len(feedback) == 2
+    assert all(uuid.UUID(goal_id).bytes in each for each in feedback)
+
+
+def test_a_refused_goal_has_the_reason(page: Page):
+    error = page.ask("send_goal", action=ACTION, goal=written(-7))["error"]
+    assert error == "the goal was rejected: it does not count to -7"
+
+
+def test_a_goal_is_canceled_by_any_page(serving: Any, page: Page):
+    goal_id = begun(page)
+    other = serving.page()
+    assert other.answer("cancel_goal", action=ACTION, id=goal_id) == {"canceling": [goal_id]}
+    assert end_of(page)["answer"]["state"] == GoalState.CANCELED
+    assert other.ask("cancel_goal", action=ACTION, id=goal_id)["error"] == f"{ACTION}: the goal has ended already"
+
+
+def test_all_goals_are_canceled_together(serving: Any, page: Page):
+    goal_id = begun(page)
+    other = serving.page()
+    assert other.answer("cancel_goal", action=ACTION) == {"canceling": [goal_id]}
+    assert end_of(page)["answer"]["state"] == GoalState.CANCELED
+    assert other.answer("cancel_goal", action=ACTION) == {"canceling": []}
+
+
+def test_a_goal_beyond_its_limit_is_canceled(page: Page):
+    goal_id = begun(page, limit_s=0.05)
+    assert end_of(page)["error"] == "the goal did not end within 0.05 s; it is canceled"
+    wait_for_state(page, goal_id, GoalState.CANCELED)
+
+
+def test_a_page_that_goes_leaves_no_goal(serving: Any, page: Page):
+    leaving = serving.page()
+    goal_id = begun(leaving)
+    wait_for_state(page, goal_id, GoalState.EXECUTING)
+    leaving.socket.close()
+    wait_for_state(page, goal_id, GoalState.CANCELED)
+
+
+def test_a_page_has_so_many_goals(page: Page):
+    for _ in range(8):
+        begun(page)
+    assert "8 goals of this page have not ended" in page.ask("send_goal", action=ACTION, goal=written(3))["error"]
+    assert len(page.answer("cancel_goal", action=ACTION)["canceling"]) == 8
+
+
+@pytest.mark.parametrize(
+    ("question", "arguments", "why"),
+    [
+        ("action", {"action": "/counter/coun"}, "there is no action /counter/coun; did you mean '/counter/count'?"),
+        ("send_goal", {"action": ACTION, "goal": "%"}, "goal is base64"),
+        ("send_goal", {"action": ACTION, "goal": "AAEA"}, "example_interfaces/action/Fibonacci_Goal"),
+        ("send_goal", {"action": ACTION, "goal": "", "limit_s": -1}, "limit_s is a number above 0"),
+        ("cancel_goal", {"action": ACTION, "id": "7"}, "'7' is no identifier of a goal"),
+    ],
+)
+def test_what_is_no_goal_is_refused(page: Page, question: str, arguments: dict[str, Any], why: str):
+    assert why in page.ask(question, **arguments)["error"]
+
+
+def test_a_page_that_looks_sends_no_goal(show: Callable[..., Any], environment: dict[str, str], page: Page):
+    goal_id = begun(page)
+    looking = show("--read-only", environment=environment).page()
+    looking.subscribe(f"{ACTION}/_action/status")
+    wait_for_state(looking, goal_id, GoalState.EXECUTING)
+    for question in ("send_goal", "cancel_goal"):
+        error = looking.ask(question, action=ACTION, goal=written(3), id=goal_id)["error"]
+        assert error == "this page may only look"
+    assert page.answer("cancel_goal", action=ACTION) == {"canceling": [goal_id]}
