@@ -65,11 +65,14 @@ class AssistantQuestions:
         self._loop = asyncio.get_running_loop()
 
     async def state(self, _arguments: Mapping[str, Any]) -> object:
-        """Return whether an assistant runs, and what answers where: `{running, engine, host, model, pages}`."""
+        """Return whether an assistant runs, and what answers where: `{running, engine, host, model, pages}`.
+
+        One that has not said where questions go is `starting`: a page must not promise meanwhile that they stay here.
+        """
         if self._service() is None:
             return {"running": False}
         await self._bridge.ask(self._listen)
-        return {"running": True, **(self._state or {})}
+        return {"running": False, "starting": True} if self._state is None else {"running": True, **self._state}
 
     async def ask(self, arguments: Mapping[str, Any], send_part: SendPart, allowance: Allowance | None) -> object:
         """Ask; parts of the answer come before it: `{id, answer, answered, scope, reason, citations, engine, ms}`."""

@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed
 
 from busflow.cli import main
 from busflow_ui.questions.run_questions import QUESTIONS_OF_OTHERS
-from tests.cli.conftest import LiveRun, Place
+from tests.cli.conftest import LiveRun, Place, standing
 from ui.tests.page_server.test_page_server import get
 
 if not os.environ.get("CI"):  # where it has to be there
@@ -31,6 +31,32 @@ plugins: []
 nodes:
   page_index: {plugin: page_index, parameters: {pages: [PAGES], look_hz: 20}}
   assistant: {plugin: assistant}
+"""
+STARTING = """\
+from busflow import TRANSIENT_LOCAL, Node, Parameters, on_parameters, publisher, service
+from busflow_assistant.messages import AskText, AssistantState
+
+
+class StartingParameters(Parameters):
+    host: str = ""
+
+
+class Starting(Node):
+    # An assistant that says what it is when it is given a host.
+
+    parameters: StartingParameters
+    state = publisher(AssistantState, "assistant/state", qos=TRANSIENT_LOCAL)
+
+    async def start(self) -> None:
+        self.log.info("it starts")
+
+    @on_parameters
+    def read(self, old: StartingParameters) -> None:
+        self.state.publish(AssistantState(pages=1, engine="extractive", host=self.parameters.host, model="m"))
+
+    @service(AskText, "assistant/ask")
+    def ask(self, request: AskText.Request) -> AskText.Response:
+        return AskText.Response()
 """
 RATE = "How often does the sensor publisher publish data?"
 
@@ -197,6 +223,19 @@ def test_without_an_assistant_the_page_says_so(reading: Reading):
     page.answer("order", node="/assistant", order="start")
     page.update("assistant", lambda answer: answer["running"])
     assert asked(page, RATE)["answered"]
+
+
+def test_an_assistant_runs_once_its_host_is_known(show: Callable[..., Any], tmp_path: Path):
+    launch = "name: starting\nplugins: [plugins]\nnodes: {starting: {plugin: starting}}\n"
+    with standing(tmp_path, "starting", launch, {"starting": STARTING}) as (place, run):
+        run.wait_for("it starts")
+        page = show(environment=place.environment).page()
+        page.until(lambda _: "/assistant/state" in page.channels)
+        assert page.answer("assistant") == {"running": False, "starting": True}
+        page.answer("set_parameters", node="/starting", values={"host": "models.lab"})
+        page.follow("assistant")
+        state = page.update("assistant", lambda answer: answer["running"])
+    assert (state["host"], state["model"]) == ("models.lab", "m")
 
 
 def test_a_recording_has_no_assistant(reading: Reading, show: Callable[..., Any], tmp_path: Path):

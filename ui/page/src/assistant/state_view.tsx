@@ -14,6 +14,7 @@ export function StateView({ session }: { readonly session: Session }) {
 
 function Running({ assistant }: { readonly assistant: AssistantState | null }) {
   if (assistant === null) return <p>Looking for the assistant…</p>;
+  if (assistant.starting === true) return <p>The assistant starts…</p>;
   if (!assistant.running) {
     return (
       <>

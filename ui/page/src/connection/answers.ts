@@ -255,6 +255,8 @@ export interface Recorded {
 /** What answers questions about the text. */
 export interface AssistantState {
   readonly running: boolean;
+  /** Whether it is there, and has not said yet where questions go. */
+  readonly starting?: boolean;
   readonly pages?: number;
   readonly engine?: string;
   /** The host that questions are sent to; empty where nothing leaves the machine. */
