@@ -61,19 +61,22 @@ class Contender:
         return self.cases is None or case in self.cases
 
 
+MANY = 1000
+
+
 @dataclass(frozen=True)
 class Effort:
     """How much is measured: the seconds that one sample may take, and in how many rounds."""
 
     sample_s: float
     rounds: int
-    sizes: int = 1000
+    sizes: int = MANY
     """The most topics, nodes or messages that are made to see what many of them cost."""
 
     @property
     def is_quick(self) -> bool:
         """Whether it is only to be seen that everything works."""
-        return self.rounds == 1
+        return self.sizes < MANY
 
 
 FULL = Effort(sample_s=0.12, rounds=5)
@@ -104,8 +107,14 @@ class Question:
     contenders: Sequence[Contender]
     measure: Measure
     """Measures one case on one contender; runs in the contender's own process."""
+    quick: frozenset[str] | None = None
+    """The cases of a quick round; None stands for all."""
     quoted: Sequence[Quoted] = field(default=())
     quoted_from: str = ""
+
+    def cases_for(self, effort: Effort) -> list[Case]:
+        """The cases that are measured with this effort."""
+        return [each for each in self.cases if not effort.is_quick or self.quick is None or each.name in self.quick]
 
 
 def find(name: str) -> Question:

@@ -158,7 +158,7 @@ def ask(question: Question, effort: Effort, tell: Callable[[str], None], *, peer
             before = os.getloadavg()[0]
             for number in range(effort.rounds):
                 tell(f"{question.name}: round {number + 1} of {effort.rounds}")
-                for case in question.cases:
+                for case in question.cases_for(effort):
                     for worker in workers:
                         if worker.contender.does(case.name):
                             outcome.take(worker.contender.name, case.name, worker.measure(case.name))

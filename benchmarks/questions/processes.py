@@ -127,6 +127,7 @@ QUESTION = Question(
         Contender("shared memory", note="the floor"),
     ],
     measure=measure,
+    quick=frozenset({"320 B", "6 MB"}),
     quoted=(
         Quoted(
             "rclpy, SingleThreadedExecutor",
