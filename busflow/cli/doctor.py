@@ -243,7 +243,7 @@ def _about_frames(peer: Peer, graph: GraphView) -> Iterator[Problem]:
     seen = SeenFrames()
     for each in follow_frames(peer, graph, _LISTEN_S):
         if each is not None:
-            seen.add(each.message, each.publisher, each.published_ns, fixed=each.fixed)
+            seen.add(each.message, each.publishers, each.published_ns, fixed=each.fixed)
     yield from seen.problems()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING
@@ -25,7 +25,9 @@ class SeenEdge:
     """The account of one frame's transforms."""
 
     publishers: dict[str, None] = field(default_factory=dict[str, None])
-    """The nodes that have published it, in the order in which they came."""
+    """The nodes that have published it, or may have, in the order in which they came."""
+    one_of: bool = False
+    """Whether it is only known that one of them has published it."""
     count: int = 0
     delay_ns: int = 0
     """The sum of the times from the stamp to the publication."""
@@ -34,7 +36,7 @@ class SeenEdge:
     @property
     def by(self) -> str:
         """The publishers, for people."""
-        return ", ".join(self.publishers)
+        return shown_publishers(self.publishers, one_of=self.one_of)
 
 
 class SeenFrames:
@@ -46,8 +48,11 @@ class SeenFrames:
         """By child frame."""
         self._refused: dict[tuple[str, str], str] = {}
 
-    def add(self, message: TFMessage, publisher: str, published_ns: int, *, fixed: bool) -> None:
-        """Take in a message with its publisher, empty where it is not known, and the time of its publication."""
+    def add(self, message: TFMessage, publishers: Sequence[str], published_ns: int, *, fixed: bool) -> None:
+        """Take in a message with the time of its publication, and its publisher.
+
+        That is one node in a run, and in a recording those of which one has published it; none where it is not known.
+        """
         for each in message.transforms:
             parent, child = edge_of(each)
             stamp_ns = nanoseconds_of(each.header.stamp)
@@ -58,12 +63,15 @@ class SeenFrames:
                     self.tree.take(parent, child, stamp_ns, numbers_of(each))
             except InvalidTransform as error:
                 if len(self._refused) < _MOST:
-                    self._refused.setdefault((publisher, child), str(error))
+                    self._refused.setdefault(
+                        (shown_publishers(publishers, one_of=len(publishers) > 1), child), str(error)
+                    )
                 continue
             seen = self.edges.setdefault(child, SeenEdge())
             seen.count += 1
-            if publisher and len(seen.publishers) < _MOST:
-                seen.publishers[publisher] = None
+            seen.one_of = seen.one_of or len(publishers) > 1
+            if len(seen.publishers) < _MOST:
+                seen.publishers |= dict.fromkeys(publishers)
             if not fixed:
                 delay_ns = published_ns - stamp_ns
                 seen.delay_ns += delay_ns
@@ -86,7 +94,12 @@ class SeenFrames:
 
     def _publishers(self) -> Iterator[Problem]:
         for child, seen in self.edges.items():
-            if len(seen.publishers) > 1 and child not in self.tree.moved and child in self.tree.edges:
+            if (
+                len(seen.publishers) > 1
+                and not seen.one_of
+                and child not in self.tree.moved
+                and child in self.tree.edges
+            ):
                 edge = f"{printable(self.tree.edges[child].parent)} → {printable(child)}"
                 text = f"{counted(len(seen.publishers), 'node')} publish {edge}: {seen.by}"
                 fix = "stop all but one: receivers jump between them"
@@ -97,3 +110,8 @@ class SeenFrames:
             text = f"the stamps of transforms were set back {counted(self.tree.set_back, 'time')}"
             fix = "expected where a bag plays again; else look for a node with another clock: busflow tf monitor"
             yield Problem("time-set-back", text, fix, severity=Severity.WARNING)
+
+
+def shown_publishers(publishers: Iterable[str], *, one_of: bool) -> str:
+    """Return the publishers of an edge for people; with `one_of` only one of them has published it."""
+    return f"{'one of ' if one_of else ''}{', '.join(publishers)}"

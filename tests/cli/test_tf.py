@@ -111,7 +111,7 @@ def test_tree_of_a_recording_in_each_form(folder: Path, capsys: Captured):
         [],
         {
             "frame": "camera", "parent": "base_link", "fixed": True, "rate_hz": None, "newest_ns": None,
-            "publishers": ["/static_frames"],
+            "publishers": ["/static_frames"], "one_of": False,
         },
     )  # fmt: skip
 
@@ -167,6 +167,28 @@ def test_what_is_wrong_in_a_recording_is_named(folder: Path, capsys: Captured):
     assert second.startswith(WRONG[1].removesuffix("/foreign"))
     assert main(["tf", "tree", "--bag", recorded(folder, "wrong")]) == 3
     assert "error: the frame wheel has had the parents" in capsys.readouterr().out
+
+
+ARM = ODOMETRY.replace("class Odometry", "class Arm").replace("hz=50", "hz=10").replace("base_link", "arm")
+
+
+def test_recording_names_each_publisher_that_may_be(folder: Path, capsys: Captured):
+    """The second node sends for the first time when the channel of `/tf` is in the file already."""
+    (folder / "plugins/arm.py").write_text(ARM)
+    (folder / "two.yaml").write_text(LAB.replace("frames:\n", "  arm: {plugin: arm}\nframes:\n"))
+    bag = recorded(folder, "two")
+    assert main(["tf", "tree", "--bag", bag]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "odom",
+        "├── arm  (10 Hz, one of /odometry, /arm)",
+        "└── base_link  (50 Hz, one of /odometry, /arm)",
+        "    └── camera  (fixed, /static_frames)",
+    ]
+    assert main(["tf", "monitor", "--bag", bag]) == 0
+    assert "  one of /odometry, /arm\n" in capsys.readouterr().out
+    assert main(["tf", "monitor", "--bag", bag, "--json"]) == 0
+    first = json.loads(capsys.readouterr().out)["frames"][0]
+    assert (first["publishers"], first["one_of"]) == (["/odometry", "/arm"], True)
 
 
 def test_recording_without_frames_is_an_error(folder: Path, capsys: Captured):

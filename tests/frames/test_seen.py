@@ -22,8 +22,8 @@ def message(parent, child, second=0.0, w=1.0):
 def test_account_has_publishers_counts_and_delays():
     seen = SeenFrames()
     for second in range(1, 5):
-        seen.add(message("/odom", "base", second), "/wheels", second * S + second * 1000, fixed=False)
-    seen.add(message("base", "imu"), "", 0, fixed=True)
+        seen.add(message("/odom", "base", second), ("/wheels",), second * S + second * 1000, fixed=False)
+    seen.add(message("base", "imu"), (), 0, fixed=True)
     base, imu = seen.edges["base"], seen.edges["imu"]
     assert (base.by, base.count, base.delay_ns, base.longest_ns) == ("/wheels", 4, 10_000, 4000)
     assert (imu.by, imu.count) == ("", 1)
@@ -32,12 +32,12 @@ def test_account_has_publishers_counts_and_delays():
 
 def test_every_mistake_names_its_nodes():
     seen = SeenFrames()
-    seen.add(message("odom", "base", 20), "/wheels", 0, fixed=False)
-    seen.add(message("odom", "base", 20.1), "/slam", 0, fixed=False)
-    seen.add(message("odom", "arm", w=0.0), "", 0, fixed=False)
+    seen.add(message("odom", "base", 20), ("/wheels",), 0, fixed=False)
+    seen.add(message("odom", "base", 20.1), ("/slam",), 0, fixed=False)
+    seen.add(message("odom", "arm", w=0.0), (), 0, fixed=False)
     for parent in ("map", "world"):
-        seen.add(message(parent, "goal"), "", 0, fixed=True)
-    seen.add(message("odom", "base", 2), "/wheels", 0, fixed=False)
+        seen.add(message(parent, "goal"), (), 0, fixed=True)
+    seen.add(message("odom", "base", 2), ("/wheels",), 0, fixed=False)
     assert [(each.code, each.severity, each.message) for each in seen.problems()] == [
         (
             "invalid-transform",
@@ -48,3 +48,13 @@ def test_every_mistake_names_its_nodes():
         ("two-publishers", Severity.WARNING, "2 nodes publish odom → base: /wheels, /slam"),
         ("time-set-back", Severity.WARNING, "the stamps of transforms were set back 1 time"),
     ]
+
+
+def test_one_of_several_publishers_is_no_finding():
+    """A recording knows the publishers of a topic, and not which of them published a message."""
+    seen = SeenFrames()
+    seen.add(message("odom", "base", 20), ("/wheels", "/slam"), 0, fixed=False)
+    seen.add(message("odom", "arm", w=0.0), ("/wheels", "/slam"), 0, fixed=False)
+    assert (seen.edges["base"].by, seen.edges["base"].one_of) == ("one of /wheels, /slam", True)
+    (problem,) = seen.problems()
+    assert problem.message.startswith("one of /wheels, /slam publishes a transform that is none: odom → arm: ")

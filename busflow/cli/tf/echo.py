@@ -58,7 +58,7 @@ def echo(
     most, printed_at = 1 if once else count, monotonic()
     for each in followed(run, bag, None):
         if each is not None:
-            seen.add(each.message, each.publisher, each.published_ns, fixed=each.fixed)
+            seen.add(each.message, each.publishers, each.published_ns, fixed=each.fixed)
         found = seen.tree.find(target, source, None)
         if isinstance(found, Gap):
             if bag is None and monotonic() > printed_at + timeout_s:

@@ -12,6 +12,7 @@ from busflow.cli.terminal.output import print_answer, print_problems
 from busflow.cli.terminal.table import Column, print_table
 from busflow.cli.tf.source import gathered, of_run_or_bag
 from busflow.errors import ExitCode
+from busflow.frames.seen import shown_publishers
 
 if TYPE_CHECKING:
     from busflow.frames.seen import SeenFrames
@@ -57,6 +58,7 @@ def _rows(seen: SeenFrames) -> list[dict[str, Any]]:
                 "delay_s": account.delay_ns / account.count / 1e9 if moves else None,
                 "longest_s": account.longest_ns / 1e9 if moves else None,
                 "publishers": list(account.publishers),
+                "one_of": account.one_of,
             }
         )
     return rows
@@ -66,5 +68,5 @@ def _line(row: dict[str, Any]) -> tuple[str, ...]:
     rate = row["rate_hz"]
     delays = ("" if row[key] is None else f"{row[key] * 1000:.1f} ms" for key in ("delay_s", "longest_s"))
     how_often = "fixed" if row["delay_s"] is None else "" if rate is None else f"{rate:.1f} Hz"
-    names = ", ".join(row["publishers"])
+    names = shown_publishers(row["publishers"], one_of=row["one_of"])
     return (row["frame"], row["parent"], str(row["transforms"]), how_often, *delays, names)

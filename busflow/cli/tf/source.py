@@ -67,5 +67,5 @@ def gathered(run: str | None, bag: Path | None, for_s: float) -> SeenFrames:
     seen = SeenFrames()
     for each in followed(run, bag, for_s):
         if each is not None:
-            seen.add(each.message, each.publisher, each.published_ns, fixed=each.fixed)
+            seen.add(each.message, each.publishers, each.published_ns, fixed=each.fixed)
     return seen

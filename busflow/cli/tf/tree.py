@@ -104,6 +104,7 @@ def _data(seen: SeenFrames) -> dict[str, Any]:
                 "rate_hz": edge.rate_hz,
                 "newest_ns": edge.newest_ns,
                 "publishers": list(seen.edges[child].publishers),
+                "one_of": seen.edges[child].one_of,
             }
             for child, edge in sorted(seen.tree.edges.items())
         ],

@@ -37,7 +37,7 @@ class Channel:
     """The QoS that the publishers offered, as ROS 2 writes it in a bag."""
     count: int | None = field(default=None, compare=False)
     """The number of messages; None if it is not known."""
-    publishers: str = field(default="", compare=False)
+    publishers: tuple[str, ...] = field(default=(), compare=False)
     """The nodes that have published, where the recorder has written them."""
 
     @cached_property

@@ -20,6 +20,11 @@ PART = "busflow.part"
 LAUNCH_FILE = "launch.yaml"
 """The name of the attachment."""
 
+LATER_PUBLISHERS = "later_publishers"
+"""The word of the ledger for the nodes, by topic, that published later than a channel says; left out without any."""
+
+NONE_LATER: Mapping[str, Sequence[str]] = {}
+
 _VERSIONS = ("busflow", "python")
 _NUMBER = re.compile(r"-?\d{1,19}", re.ASCII)
 
@@ -125,6 +130,12 @@ def part_of(metadata: Mapping[str, str]) -> BagPart:
     repeated = {topic: count for topic, count in counts if isinstance(count, int)}
     number, first = _number(metadata.get("number")) or 0, _number(metadata.get("first")) or 1
     return BagPart(number, first, repeated, metadata.get("reason", ""))
+
+
+def later_publishers(metadata: Mapping[str, str]) -> Mapping[str, Sequence[str]]:
+    """The nodes, by topic, in a ledger's metadata that published later than a channel says."""
+    found = json_object(metadata.get(LATER_PUBLISHERS)).items()
+    return {topic: [*map(str, cast("list[Any]", nodes))] for topic, nodes in found if isinstance(nodes, list)}
 
 
 def joined(ledgers: Sequence[Mapping[str, str]]) -> Mapping[str, str]:

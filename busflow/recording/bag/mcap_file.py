@@ -18,7 +18,7 @@ from mcap.records import McapRecord
 from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, Survey
 from busflow.recording.bag.channel import Channel, Entry
-from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER, PART
+from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER, PART, later_publishers
 from busflow.recording.mcap.bounds import MOST_DECLARED
 from busflow.recording.mcap.chunks import TIMES, unpacked
 from busflow.recording.mcap.records import FRAME, MAGIC, MESSAGE, Frame, RecordFile, framed, named, parse
@@ -146,7 +146,9 @@ class McapFile:
         )
         known = self._channels.get(key)
         if known is None:
-            publishers = metadata.get("callerid", "")
+            stated = metadata.get("callerid", "")
+            later = later_publishers(self.metadata.get(LEDGER, {})).get(channel.topic, ())
+            publishers = tuple(dict.fromkeys(name for each in (*stated.split(","), *later) if (name := each.strip())))
             known = self._channels[key] = Channel(*key, publishers=publishers)  # pyright: ignore[reportArgumentType]  # each as its field wants it
         return known
 

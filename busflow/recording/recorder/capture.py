@@ -112,7 +112,7 @@ class Capture:
                 self._seen.add(topic.name)
                 self._follow_topic(topic)
             track = self.tracks.by_topic.get(topic.name)
-            if track is not None and isinstance(attached, Publisher) and not track.number and self._is_own(attached):
+            if track is not None and isinstance(attached, Publisher) and self._is_own(attached):
                 track.offer(attached.endpoint)
 
     def _is_own(self, publisher: Publisher[Any]) -> bool:

@@ -71,7 +71,9 @@ class Track:
     offered: list[QoS] = field(default_factory=list["QoS"])
     """The offered QoS by publisher, so far."""
     nodes: list[str] = field(default_factory=list[str])
-    """The nodes that have a publisher, so far."""
+    """The nodes that have had a publisher, so far."""
+    announced: int = 0
+    """How many of these nodes its channel names."""
     number: int = 0
     """The number of its channel; 0 before its first message."""
     _publishers: set[Endpoint] = field(default_factory=set["Endpoint"])
@@ -81,7 +83,8 @@ class Track:
         if publisher in self._publishers:
             return
         self._publishers.add(publisher)
-        self.offered.append(publisher.qos)
+        if not self.number:
+            self.offered.append(publisher.qos)
         if publisher.node not in self.nodes:
             self.nodes.append(publisher.node)
 
@@ -112,8 +115,14 @@ class Tracks:
 
     def announce(self, spool: Spool, track: Track) -> bool:
         """Declare a track before its first message; False if nothing can be written any more."""
+        track.announced = len(track.nodes)
         track.number = self._announcer.announce(spool, track.topic, track.support, track.offered, track.nodes)
         return track.number > 0
+
+    def later_publishers(self) -> dict[str, list[str]]:
+        """The nodes, by topic, that had their first publisher when the channel was declared already."""
+        found = {each.topic: each.nodes[each.announced :] for each in self.by_topic.values() if each.number}
+        return {topic: nodes for topic, nodes in found.items() if nodes}
 
 
 def _encoder(support: TypeSupport) -> Callable[[Message], Payload]:

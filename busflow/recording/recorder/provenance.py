@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import busflow
 from busflow.launchfile.check.resolved import resolve, text_of
 from busflow.launchfile.yaml.value import Value
-from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER
+from busflow.recording.bag.facts import FACTS, LATER_PUBLISHERS, LAUNCH_FILE, LEDGER, NONE_LATER
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
@@ -52,13 +52,16 @@ def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str 
     }
 
 
-def ledger(report: Mapping[str, Any], recorded: int, missed: int) -> Words:
-    """The run's report at its end, and how much of it is in the recording."""
+def ledger(
+    report: Mapping[str, Any], recorded: int, missed: int, later: Mapping[str, Sequence[str]] = NONE_LATER
+) -> Words:
+    """The run's report at its end, how much of it is in the recording, and publishers that its channels do not name."""
     return LEDGER, {
         "report": json.dumps(report),
         "recorded": str(recorded),
         "missed": str(missed),
         "complete": "false" if missed else "true",
+        **({LATER_PUBLISHERS: json.dumps(later)} if later else {}),
     }
 
 

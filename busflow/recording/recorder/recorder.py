@@ -121,7 +121,8 @@ class Recorder(Extension):
                 tracks.announce(spool, track)
         report = replace(self._graph.report(), recording=None).as_json()
         recorded, missed = self._sequence - self._missed, self._missed
-        complete = spool.do(lambda file: file.conclude(report, recorded, missed))
+        later = tracks.later_publishers()
+        complete = spool.do(lambda file: file.conclude(report, recorded, missed, later))
         self._finished = spool.close() and complete
         if spool.failure is not None:
             self._on_failure(spool.failure)

@@ -14,7 +14,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from busflow.recording.bag.facts import PART
+from busflow.recording.bag.facts import NONE_LATER, PART
 from busflow.recording.mcap.writer import McapWriter, Payload
 from busflow.recording.recorder.destination import new_recording
 from busflow.recording.recorder.provenance import Words, facts, launch_files, ledger, library
@@ -96,9 +96,11 @@ class RecordingFile:
         """Hand what waits to the operating system."""
         self._writer.cut()
 
-    def conclude(self, report: Mapping[str, Any], recorded: int, missed: int) -> None:
-        """Write the account of the run and the summary; nothing may be added after it."""
-        self._writer.add_metadata(*ledger(report, recorded, missed))
+    def conclude(
+        self, report: Mapping[str, Any], recorded: int, missed: int, later: Mapping[str, Sequence[str]] = NONE_LATER
+    ) -> None:
+        """Write the account of the run, publishers that channels do not name, and the summary: nothing may follow."""
+        self._writer.add_metadata(*ledger(report, recorded, missed, later))
         self._writer.finish()
 
     def cut_off(self) -> None:
@@ -213,9 +215,11 @@ class SplitFile(RecordingFile):
         depth = message.publisher.qos.depth
         self._latched.setdefault(message.publisher, deque(maxlen=depth)).append(message)
 
-    def conclude(self, report: Mapping[str, Any], recorded: int, missed: int) -> None:
+    def conclude(
+        self, report: Mapping[str, Any], recorded: int, missed: int, later: Mapping[str, Sequence[str]] = NONE_LATER
+    ) -> None:
         """Write the account of the run, with the counts of this part, and the summary."""
-        super().conclude(report, recorded - self._recorded_before, missed - self._missed_before)
+        super().conclude(report, recorded - self._recorded_before, missed - self._missed_before, later)
 
     def _is_full(self, time_ns: int) -> bool:
         size, duration_s, first_ns = self._split.size, self._split.duration_s, self._first_ns or 0

@@ -26,7 +26,8 @@ class FramesMessage(NamedTuple):
     """Some transforms, as they were published."""
 
     message: TFMessage
-    publisher: str
+    publishers: tuple[str, ...]
+    """The node that published them; in a recording those of which one did, and none where it is not known."""
     published_ns: int
     fixed: bool
 
@@ -55,7 +56,7 @@ def follow_frames(peer: Peer, graph: GraphView, for_s: float | None) -> Iterator
     if not topics:
         raise NoSuchTarget(f"no node publishes {MOVING} or {FIXED}: the run has no frames")
     decode, type_ = TypeSupport(Frames).decode, known_type(peer, TYPE)
-    nodes = {end.token.gid: end.node for topic in topics for end in topic.publishers}
+    nodes = {end.token.gid: (end.node,) for topic in topics for end in topic.publishers}
     arrived, end_s = threading.Event(), None if for_s is None else monotonic() + for_s
     with ExitStack() as stack:
         listeners = [
@@ -69,7 +70,7 @@ def follow_frames(peer: Peer, graph: GraphView, for_s: float | None) -> Iterator
                         message: TFMessage = decode(received.payload)  # type: ignore[assignment]  # of its own class
                     except MalformedMessage:
                         continue
-                    yield FramesMessage(message, nodes.get(received.gid, ""), received.stamp_ns, fixed)
+                    yield FramesMessage(message, nodes.get(received.gid, ()), received.stamp_ns, fixed)
             if not arrived.wait(_CHECK_S if end_s is None else max(0.0, min(_CHECK_S, end_s - monotonic()))):
                 if not peer.alive:
                     raise InspectionUnavailable(f"the run {peer.run.name} has ended")

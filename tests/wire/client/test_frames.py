@@ -41,13 +41,13 @@ async def test_each_message_comes_with_its_publisher(looked_at):
             kinds = {}
             for each in follow_frames(looked.peer, graph, 30):
                 if each is not None:
-                    kinds[each.message.transforms[0].child_frame_id] = each.publisher, each.fixed
+                    kinds[each.message.transforms[0].child_frame_id] = each.publishers, each.fixed
                 if len(kinds) == 2:
                     break
             return kinds
 
         assert publishes_frames(graph)
-        assert await looked.ask(seen) == {"imu": ("/wheels", True), "base_link": ("/wheels", False)}
+        assert await looked.ask(seen) == {"imu": (("/wheels",), True), "base_link": (("/wheels",), False)}
 
 
 @pytest.mark.asyncio

@@ -18,12 +18,14 @@ _LOG = "/rosout"
 def graph_of(recording: Recording) -> dict[str, Any]:
     """Return the graph in the form of a run's: a recording knows no subscriptions, and no state of a node."""
     topics = recording.topics.values()
-    names = sorted({node for each in topics for node in _publishers(each)})
+    names = sorted({node for each in topics for node in each.channel.publishers})
     return {
         "elapsed_s": (recording.end_ns - recording.start_ns) / NS_PER_S,
         "clock": "",
         "inbox": [],
-        "nodes": [_node(name, [each.channel.topic for each in topics if name in _publishers(each)]) for name in names],
+        "nodes": [
+            _node(name, [each.channel.topic for each in topics if name in each.channel.publishers]) for name in names
+        ],
         "topics": [_topic(each, recording) for each in topics],
         "services": [],
     }
@@ -45,10 +47,6 @@ def log_of(recording: Recording, moment_ns: int, count: int) -> list[dict[str, A
     return list(lines)
 
 
-def _publishers(topic: RecordedTopic) -> list[str]:
-    return [each.strip() for each in topic.channel.publishers.split(",") if each.strip()]
-
-
 def _node(name: str, topics: list[str]) -> dict[str, Any]:
     stated = {"name": name, "namespace": name.rpartition("/")[0] or "/", "state": "recorded", "publishers": topics}
     unknown = dict.fromkeys(("process", "machine", "pid", "plugin", "source"))
@@ -67,7 +65,9 @@ def _topic(topic: RecordedTopic, recording: Recording) -> dict[str, Any]:
         "external": False,
         "published": count,
         "rate_hz": round(count / duration_s, 3) if duration_s else None,
-        "publishers": [{"node": each, "qos": None, "origin": None, "published": None} for each in _publishers(topic)],
+        "publishers": [
+            {"node": each, "qos": None, "origin": None, "published": None} for each in topic.channel.publishers
+        ],
         "subscriptions": [],
         "losses": {},
     }
