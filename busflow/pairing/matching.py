@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 _SET_BACK_NS = 1_000_000_000
 """A stamp so much before the one in front of it means that time was set back, as by a bag that plays again."""
@@ -104,7 +103,7 @@ class Matcher:
         if position is None or stamps[position] <= wanted:
             return position
         apart = stamps[position] - wanted  # it is later: perhaps the pivot's next message is nearer to it
-        if self._is_settled(apart, self._gap(pivot, pivots, 0)):
+        if self._is_settled(apart, self._gap(pivot, pivots)):
             return position
         if len(pivots) == 1:
             return None
@@ -112,8 +111,11 @@ class Matcher:
 
     def _nearest(self, topic: int, stamps: Sequence[int], wanted: int) -> int | None:
         """Return the position of the stamp nearest to another one; None if a later one may still be nearer."""
+        gap = self._gap(topic, stamps)
         for position, stamp in enumerate(stamps):
-            if stamp >= wanted or self._is_settled(wanted - stamp, self._gap(topic, stamps, position)):
+            if position:
+                gap = _least(gap, stamp, stamps[position - 1])
+            if stamp >= wanted or self._is_settled(wanted - stamp, gap):
                 return position
             if position + 1 < len(stamps) and abs(stamps[position + 1] - wanted) > wanted - stamp:
                 return position
@@ -126,12 +128,9 @@ class Matcher:
         """
         return gap is not None and 4 * apart_ns <= gap
 
-    def _gap(self, topic: int, stamps: Sequence[int], position: int) -> int | None:
-        """Return the least gap between the messages of a topic, up to a position in its queue."""
-        gap = _least(self._gaps[topic], stamps[0], self._last[topic])
-        for before, after in pairwise(stamps[: position + 1]):
-            gap = _least(gap, after, before)
-        return gap
+    def _gap(self, topic: int, stamps: Sequence[int]) -> int | None:
+        """Return the least gap between the messages of a topic, up to the first that waits."""
+        return _least(self._gaps[topic], stamps[0], self._last[topic])
 
 
 def _least(gap: int | None, stamp: int, before: int | None) -> int | None:

@@ -105,3 +105,31 @@ def test_time_set_back_drops_what_came_before():
     matches, drops, _ = matched(streams, order, 0)
     assert matches[-3:] == [(stamp, stamp) for stamp in new]
     assert len(matches) * 2 + len(drops) == 10
+
+
+class Counted(list):
+    """A queue that counts how many of its stamps are looked at."""
+
+    looked = 0
+
+    def __iter__(self):
+        for each in super().__iter__():
+            Counted.looked += 1
+            yield each
+
+    def __getitem__(self, at):
+        found = super().__getitem__(at)
+        Counted.looked += len(found) if isinstance(at, slice) else 1
+        return found
+
+
+def looks(waiting):
+    """How many stamps are looked at for one decision: the partner of a message is behind so many others."""
+    matcher, Counted.looked = Matcher(2, 10 * waiting), 0
+    found = matcher.decide([Counted([10 * waiting]), Counted(range(0, 20 * waiting, 10))])
+    assert found == Alone(1, waiting, 10)
+    return Counted.looked
+
+
+def test_decision_is_linear_in_the_queue():
+    assert looks(200) < 2.1 * looks(100)
