@@ -53,6 +53,7 @@ class SeenFrames:
 
         That is one node in a run, and in a recording those of which one has published it; none where it is not known.
         """
+        one_of = len(publishers) > 1
         for each in message.transforms:
             parent, child = edge_of(each)
             stamp_ns = nanoseconds_of(each.header.stamp)
@@ -63,13 +64,11 @@ class SeenFrames:
                     self.tree.take(parent, child, stamp_ns, numbers_of(each))
             except InvalidTransform as error:
                 if len(self._refused) < _MOST:
-                    self._refused.setdefault(
-                        (shown_publishers(publishers, one_of=len(publishers) > 1), child), str(error)
-                    )
+                    self._refused.setdefault((shown_publishers(publishers, one_of=one_of), child), str(error))
                 continue
             seen = self.edges.setdefault(child, SeenEdge())
             seen.count += 1
-            seen.one_of = seen.one_of or len(publishers) > 1
+            seen.one_of = seen.one_of or one_of
             if len(seen.publishers) < _MOST:
                 seen.publishers |= dict.fromkeys(publishers)
             if not fixed:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import cast
 
@@ -29,6 +30,8 @@ _KEPT = {FACTS, LEDGER, PART}
 _ATTACHMENTS_AT_THE_BEGINNING = 64
 _INDEX_HEAD, _INDEX_ENTRY = 6, 16
 """Bytes of a message index before its entries, and of each of them."""
+_MOST_PUBLISHERS = 100
+"""The most nodes that are named with a channel."""
 _OF_THE_END = {Opcode.FOOTER, Opcode.STATISTICS, Opcode.SUMMARY_OFFSET, Opcode.CHUNK_INDEX}
 _DATA = {Opcode.CHUNK, Opcode.MESSAGE}
 
@@ -148,7 +151,8 @@ class McapFile:
         if known is None:
             stated = metadata.get("callerid", "")
             later = later_publishers(self.metadata.get(LEDGER, {})).get(channel.topic, ())
-            publishers = tuple(dict.fromkeys(name for each in (*stated.split(","), *later) if (name := each.strip())))
+            names = (name for each in (*stated.split(","), *later) if (name := each.strip()))
+            publishers = tuple(islice(dict.fromkeys(names), _MOST_PUBLISHERS))
             known = self._channels[key] = Channel(*key, publishers=publishers)  # pyright: ignore[reportArgumentType]  # each as its field wants it
         return known
 
