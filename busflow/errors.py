@@ -383,6 +383,8 @@ class Problem:
     severity: Severity = Severity.ERROR
     included_from: tuple[Place, ...] = ()
     """The `include` entries, or the imports and the `plugin:`, that led to the file, innermost first."""
+    details: tuple[str, ...] = ()
+    """Lines that show it, such as those of a diff."""
 
     def render(self) -> str:
         """Return the problem as text for people: `file:line:col: error: …`, the line, a caret, the fix."""
@@ -390,6 +392,7 @@ class Problem:
         lines = [f"{where}{self.severity}: {printable(self.message)}"]
         if self.place and self.place.excerpt:
             lines += _excerpt(self.place)
+        lines += [f"  {printable(each)}" for each in self.details]
         if self.fix:
             lines.append(f"  {'' if self.fix.startswith('known: ') else 'fix: '}{printable(self.fix)}")
         how = "used by" if self.place is not None and self.place.file.endswith(".py") else "included from"
@@ -408,6 +411,7 @@ class Problem:
             "line": place.line if place else None,
             "column": place.column if place else None,
             "included_from": [str(each) for each in self.included_from],
+            "details": [printable(each) for each in self.details],
         }
 
 

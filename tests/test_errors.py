@@ -33,7 +33,7 @@ def test_long_line_is_cut_around_the_caret():
 
 
 def test_json_has_the_fields_of_a_problem():
-    found = Problem("a", "b", "c", PLACE, included_from=(Place("main.yaml", 1, 2),)).as_json()
+    found = Problem("a", "b", "c", PLACE, included_from=(Place("main.yaml", 1, 2),), details=("d",)).as_json()
     assert found == {
         "code": "a",
         "severity": "error",
@@ -43,6 +43,7 @@ def test_json_has_the_fields_of_a_problem():
         "line": 3,
         "column": 5,
         "included_from": ["main.yaml:1:2"],
+        "details": ["d"],
     }
     assert Problem("a", "b").as_json()["file"] is None
 

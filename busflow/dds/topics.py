@@ -174,8 +174,9 @@ class Topics:
         inlet, ending = self._inlets[topic], ExitStack()
         self._speakers[end.gid] = token, ending
         if end.type != inlet.type.name or end.hash not in (None, inlet.type.type_hash):
-            what = "another definition of" if end.type == inlet.type.name else f"{end.type}, not"
-            self._parts.carried.warn(f"{token.node_name} in DDS publishes {what} {inlet.type.name} on {topic}")
+            other = f"publishes another definition of {end.type} on {topic}; busflow doctor compares both"
+            what = other if end.type == inlet.type.name else f"publishes {end.type}, not {inlet.type.name} on {topic}"
+            self._parts.carried.warn(f"{token.node_name} in DDS {what}")
             self._ready.append((inlet, end.gid, None))
             return
         session: zenoh.Session = self._parts.session

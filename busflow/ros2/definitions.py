@@ -1,10 +1,10 @@
-"""`differences`: in which fields the definitions of one type differ, as the nodes that use them describe it."""
+"""`differences`: how the definitions of one type differ, as a diff of what the nodes that use them describe."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from difflib import ndiff
+from difflib import unified_diff
 from typing import TYPE_CHECKING, cast
 
 from busflow.errors import BusflowError, Problem, Severity
@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from busflow.wire.zenoh.keys import Token
 
 _LOW = Severity.WARNING
-_MOST_LINES = 6
-"""Lines of a definition that are shown of each side."""
+_MOST_LINES = 40
+"""Lines of a diff that are shown."""
+_CONTEXT = 1
+"""Lines of a diff around each change."""
 
 
 def differences(peer: Peer, graph: GraphView) -> Iterator[Problem]:
@@ -31,7 +33,7 @@ def differences(peer: Peer, graph: GraphView) -> Iterator[Problem]:
         hashes = tuple(sorted(ends))
         if len(topic.types) == 1 and len(ends) > 1 and hashes not in seen:
             seen.add(hashes)
-            yield _difference(peer, [ends[each] for each in hashes])
+            yield _difference(peer, list(ends.values()))
 
 
 def _difference(peer: Peer, ends: Sequence[Token]) -> Problem:
@@ -39,14 +41,15 @@ def _difference(peer: Peer, ends: Sequence[Token]) -> Problem:
     lines = {end.node_name: _lines(peer, end) for end in ends[:2]}
     unknown = [node for node, found in lines.items() if found is None]
     if unknown:
-        text = f"definitions of {name}: {' and '.join(unknown)} does not say what its own is"
+        text = f"definitions of {name} differ, and {' and '.join(unknown)} does not say what its own is"
         fix = f"compare its .msg file with busflow interface show {name}"
         return Problem("definitions-differ", text, fix, severity=_LOW)
     (one, first), (other, second) = ((node, found or []) for node, found in lines.items())
-    found = list(ndiff(first, second))
-    ours, theirs = ([line[2:] for line in found if line.startswith(sign)] for sign in ("- ", "+ "))
-    text = f"definitions of {name}: {one} has {_shown(ours)} where {other} has {_shown(theirs)}"
-    return Problem("definitions-differ", text, "use the same definition on both sides", severity=_LOW)
+    details = list(unified_diff(first, second, one, other, lineterm="", n=_CONTEXT))
+    if len(details) > _MOST_LINES:
+        details[_MOST_LINES:] = [f"and {len(details) - _MOST_LINES} lines more"]
+    text, fix = f"{one} and {other} have different definitions of {name}", "use the same definition on both sides"
+    return Problem("definitions-differ", text, fix, severity=_LOW, details=tuple(details))
 
 
 def _lines(peer: Peer, end: Token) -> list[str] | None:
@@ -55,8 +58,3 @@ def _lines(peer: Peer, end: Token) -> list[str] | None:
         description = peer.type(end.type, end.hash).description
         return ros2msg(cast("TypeDescription", description)).splitlines()
     return None
-
-
-def _shown(lines: Sequence[str]) -> str:
-    more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
-    return "; ".join(lines[:_MOST_LINES]) + more if lines else "nothing"

@@ -1,4 +1,4 @@
-"""Definitions that differ are shown field by field, where both sides say what theirs are."""
+"""Definitions that differ are shown as a diff, where both sides say what theirs are."""
 
 import asyncio
 from typing import Any
@@ -45,15 +45,15 @@ def describe(payload: bytes) -> bytes:
     return RESPONSE.encode(GetTypeDescription.Response(successful=True, type_description=description))
 
 
-def ask(run: str) -> tuple[list[str], Any]:
+def ask(run: str) -> tuple[list[Any], Any]:
     with join(run) as peer:
-        problems = [each.message for each in differences(peer, peer.graph())]
+        problems = list(differences(peer, peer.graph()))
         theirs = peer.type("lab/msg/Reading", TypeSupport(Theirs.Reading).type_hash)
         return problems, [field["name"] for field in theirs.description["type_description"]["fields"]]
 
 
 @pytest.mark.asyncio
-async def test_two_definitions_are_compared_field_by_field(capsys: pytest.CaptureFixture[str]):
+async def test_two_definitions_are_shown_as_a_diff(capsys: pytest.CaptureFixture[str]):
     port, theirs = free_port(), TypeSupport(Theirs.Reading)
     async with launch(ros2_at(port), Robot, inspect="differ") as graph:
         with rmw_session(port) as session:
@@ -64,9 +64,18 @@ async def test_two_definitions_are_compared_field_by_field(capsys: pytest.Captur
             await until(lambda: log.append(capsys.readouterr().err) or "another definition" in "".join(log))
             problems, fields = await asyncio.to_thread(ask, "differ")
             (problem,) = problems
-            assert "float64 value" in problem
-            assert "float32 value; int64 quality" in problem
-            assert ("/robot" in problem, "/ros" in problem) == (True, True)
+            assert problem.message == "/robot and /ros have different definitions of lab/msg/Reading"
+            assert problem.details == (
+                "--- /robot",
+                "+++ /ros",
+                "@@ -1,2 +1,3 @@",
+                "-float64 value",
+                "+float32 value",
+                " string unit",
+                "+int64 quality",
+            )
+            assert "\n  -float64 value\n  +float32 value\n" in problem.render()
+            assert "+int64 quality" in problem.as_json()["details"]
             assert fields == ["value", "unit", "quality"], "a type that only ROS 2 knows can be read"
             assert graph.bus.topics["/reading"].publishers == []
 

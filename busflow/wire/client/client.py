@@ -232,17 +232,15 @@ class Peer:
     def _type_of_ros2(self, name: str, type_hash: str | None) -> ForeignType | None:
         """Return a type as a node of ROS 2 that uses it describes it; None if none does, or what it says is not that.
 
-        Only its own node may know a type. A node of the run tells what the service takes that describes types.
+        Only its own node may know a type.
         """
         tokens = self.tokens()
         servers = {each.topic for each in tokens if each.type == _DESCRIPTIONS and each.kind is TokenKind.SERVICE}
-        kinds = self.services(sorted(servers)) if servers else {}
         for user in (each for each in tokens if each.type == name and type_hash in (None, each.hash)):
             service = f"{user.node_name.rstrip('/')}/get_type_description"
-            if service in servers and kinds:
-                kind = replace(next(iter(kinds.values())), name=service)
+            if service in servers:
                 with suppress(BusflowError, LookupError, TypeError):  # of several users one may answer
-                    return self._described(kind, user)
+                    return self._described(_description_service(service), user)
         return None
 
     def _described(self, service: ServiceKind, user: Token) -> ForeignType:
@@ -445,6 +443,17 @@ def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Ge
         yield peer
     finally:
         peer.close()
+
+
+def _description_service(name: str) -> ServiceKind:
+    """Return the service of this name by which a node describes its types."""
+    from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.msgs.type_description_interfaces import GetTypeDescription
+
+    whole, *halves = map(TypeSupport, (GetTypeDescription, GetTypeDescription.Request, GetTypeDescription.Response))
+    request, response = (ForeignType(each.name, each.type_hash, each.description) for each in halves)
+    return ServiceKind(name, whole.name, whole.type_hash, request, response)
 
 
 def _parsed(payload: bytes) -> dict[str, Any]:
