@@ -33,6 +33,26 @@ def test_text_that_is_no_utf8_is_refused(stage, bad):
     assert "/goal" in stage.robot.wait_for("malformed")
 
 
+LYING = {
+    "absurd length": "00010000ffffffff61620000",
+    "length of 256 MB": "000100000000001061620000",
+    "no body": "00010000",
+}
+
+
+def test_length_that_lies_is_no_message(stage):
+    liar = stage.peer()
+    liar.do("advertise", topic="rt/goal", kind="String", latched=True)
+    stage.until("Publisher count: 1", "topic", "info", "goal")
+    before = len(stage.robot.lines)
+    good = ["0001000003000000" + text.encode().hex() + "0000" for text in ("a1", "z1")]
+    liar.do("inject", topic="rt/goal", payloads=[good[0], *LYING.values(), good[1]])
+    stage.robot.wait_for("goal z1", after=before)
+    goals = [line.split("goal ")[1].split()[0] for line in stage.robot.lines[before:] if ": goal " in line]
+    assert goals == ["a1", "z1"]
+    liar.end()
+
+
 def test_other_type_on_a_topic_is_logged(stage, bad):
     bad.do("advertise", topic="rt/camera", kind="Float64")
     bad.do("list_nodes", nodes=[{"name": "bad", "topics": ["rt/camera"]}])
