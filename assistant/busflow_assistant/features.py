@@ -14,13 +14,11 @@ from busflow_assistant.lexicon import tiny_words
 from busflow_assistant.matching import Matched
 from busflow_assistant.passages import PassageShape
 from busflow_assistant.question import AskedQuestion
-from busflow_assistant.search_index import Citable, SearchIndex, letters
+from busflow_assistant.search_index import Citable, SearchIndex, letters, runs_of
 from busflow_assistant.words import raw_words, terms_of
 
 ASKED = 1.3
 """How much more a word counts that says what is asked for."""
-RUN = 4
-"""Letters of a run."""
 CLOSE = 3
 """The distance of two words that belong together."""
 
@@ -126,9 +124,8 @@ class Sought:
     @cached_property
     def runs(self) -> Mapping[str, float]:
         """Each run of letters, with its share of the rarity of all."""
-        text = letters(self.question.english)
-        runs = {text[at : at + RUN] for at in range(len(text) - RUN + 1)}
-        return _shares({run: self._index.rarity_of_run(run) ** 2 for run in runs})
+        asked = set(runs_of(letters(self.question.english)))
+        return _shares({run: self._index.rarity_of_run(run) ** 2 for run in asked})
 
     @cached_property
     def names(self) -> frozenset[str]:

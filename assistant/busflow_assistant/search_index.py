@@ -27,6 +27,8 @@ _KINDS = (
 )
 """What names are, by their form: a text need not say that `--rate` is an option."""
 _OTHER = re.compile(r"[^a-z0-9]+")
+_RUN = 4
+"""Letters of a run."""
 _NEAR = 8
 """Units of a list or paragraph on each side that count as near."""
 
@@ -96,7 +98,7 @@ class SearchIndex:
             first = len(self.units)
             self._add(page)
             self.of_page[page.name] = range(first, len(self.units))
-        self._runs: dict[str, float] = {}
+        self._having_run = Counter(run for unit in self.units for run in set(runs_of(unit.letters)))
 
     @cached_property
     def by_prefix(self) -> dict[str, list[str]]:
@@ -113,9 +115,7 @@ class SearchIndex:
 
     def rarity_of_run(self, run: str) -> float:
         """Return the same of a run of letters."""
-        if run not in self._runs:
-            self._runs[run] = _rarity(sum(run in unit.letters for unit in self.units), len(self.units))
-        return self._runs[run]
+        return _rarity(self._having_run[run], len(self.units))
 
     def _add(self, page: Page) -> None:
         lead: frozenset[str] = frozenset()
@@ -139,6 +139,15 @@ def letters(text: str) -> str:
     ' the rate hz hz '
     """
     return f" {_OTHER.sub(' ', text.casefold()).strip()} "
+
+
+def runs_of(text: str) -> Iterator[str]:
+    """Return the runs of letters of a text, as `letters` gives it.
+
+    >>> list(runs_of(" hz of "))
+    [' hz ', 'hz o', 'z of', ' of ']
+    """
+    return (text[at : at + _RUN] for at in range(len(text) - _RUN + 1))
 
 
 def _kinds(text: str) -> Iterator[str]:
