@@ -29,7 +29,8 @@ from busflow_assistant.messages import AskText, Index  # noqa: E402  # as above
 from busflow_assistant.page_index import PageIndex  # noqa: E402  # as above
 
 TESTS = ROOT / "assistant" / "tests"
-SETS = tuple(TESTS / f"questions{name}.jsonl" for name in ("", "_own", "_third", "_held_out"))
+NAMES = ("", "_own", "_third", "_fourth", "_held_out", "_held_out_second")
+SETS = tuple(TESTS / f"questions{name}.jsonl" for name in NAMES)
 FEW = 3
 BOOK = (ROOT / "docs",)
 """The whole book: docs with the tutorial in it."""

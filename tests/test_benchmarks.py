@@ -134,7 +134,6 @@ def test_killed_nodes_of_the_humanoid_come_back():
 
 def test_every_benchmark_is_run_by_a_test():
     parts = {"__main__", "worker"}  # of `python -m benchmarks`, whose questions have tests above
-    parts |= {"assistant_weights"}  # which fits what `assistant` measures
     files = {path.stem: path.read_text("utf-8") for path in ROOT.glob("benchmarks/*.py")}
     programs = {name for name, text in files.items() if "\nif __name__ ==" in text} - parts
     assert programs == QUICK_ROUNDS.keys() | ELSEWHERE.keys()

@@ -23,6 +23,8 @@ class AnswerKind(StrEnum):
     REASON = "reason"
     METHOD = "method"
     DIFFERENCE = "difference"
+    YES_OR_NO = "yes or no"
+    NEGATION = "negation"
 
 
 _SIZES = "big|large|high|tall|wide|fast|far|deep|small|much|heavy"
@@ -67,6 +69,10 @@ _SHOWN_BY = {
         r"\bwhat (does|do|did)\b", r"\b(does|do) what\b", r"\bpurpose\b", r"\b(good|used) for\b", r"\brole of\b"
     ),
     AnswerKind.DIFFERENCE: either(r"\bdiffer", r"\bcompared? (to|with)\b", r"\bversus\b", r"\bvs\b"),
+    AnswerKind.YES_OR_NO: either(
+        r"^\W*(?:is|are|was|were|do|does|did|has|have|can|could|may|must|should|will|would)\b"
+    ),
+    AnswerKind.NEGATION: either(r"\b(?:not|no|never|nothing|without|cannot)\b", r"n't\b"),
 }
 _VERBS = "is|are|was|were|be|do|does|did|has|have|had|can|could|may|must|should|will|would|happens?|of|in|on|the|a"
 _LIST = either(

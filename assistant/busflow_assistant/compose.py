@@ -7,7 +7,6 @@ from collections.abc import Container, Iterator, Sequence
 
 from busflow_assistant.answer import Citation
 from busflow_assistant.answer_kinds import AnswerKind
-from busflow_assistant.matching import Matched
 from busflow_assistant.passages import Extent, PassageShape
 from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import LONGEST, Ranked, units_of
@@ -16,13 +15,8 @@ from busflow_assistant.search_index import Citable, SearchIndex
 
 MOST = 3
 """Citations of an answer."""
-CLOSE = 2.0
+CLOSE = 4.0
 """How much lower the score of a further citation may be than the best one's."""
-COMPLEMENT = 5.0
-"""The same of a citation that has a part of the question which those before have not."""
-GOOD_PART = 0.2
-SURE = 0.65
-"""How well a term has to be matched to count as answered."""
 WORDS = 45
 """Words of a citation up to which the sentences beside it belong to it: a sentence by itself is often no answer."""
 LED_TO = 800
@@ -36,38 +30,17 @@ _REFERS = re.compile(
 
 
 def composed(
-    question: AskedQuestion,
-    matched: Sequence[Matched],
-    index: SearchIndex,
-    ranked: Sequence[Ranked],
-    scope: Container[int],
+    question: AskedQuestion, index: SearchIndex, ranked: Sequence[Ranked], scope: Container[int]
 ) -> tuple[Citation, ...]:
     """Return the citations of an answer, the best first."""
-    best = ranked[0].score
+    least = ranked[0].score - CLOSE
     groups: list[tuple[float, Sequence[Citable]]] = []
-    covered: frozenset[str] = frozenset()
     for each, group in _groups(question, index, ranked, scope):
-        if len(groups) == MOST or each.score < best - COMPLEMENT:
+        if len(groups) == MOST or each.score < least:
             break
-        words = _covers(matched, group)
-        close = not groups or each.score >= best - CLOSE or _adds(matched, words - covered)
-        if close and not any(unit in other for _, other in groups for unit in group):
+        if not any(unit in other for _, other in groups for unit in group):
             groups.append((each.score, group))
-            covered |= words
     return tuple(cited(score, group) for score, group in groups)
-
-
-def _covers(matched: Sequence[Matched], group: Sequence[Citable]) -> frozenset[str]:
-    """The words of the question that some units have."""
-    return frozenset(each.term.word for each in matched if any(each.best(unit.own) >= SURE for unit in group))
-
-
-def _adds(matched: Sequence[Matched], words: frozenset[str]) -> bool:
-    """True if words that the citations before do not have are a good part of the question."""
-    total = sum(each.weight for each in matched) or 1.0
-    return (
-        sum(each.weight for each in matched if each.term.word in words and each.term.weight >= 0.6) / total >= GOOD_PART
-    )
 
 
 def _groups(

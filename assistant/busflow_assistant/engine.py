@@ -131,7 +131,7 @@ def _cited(
     if all_names := names(asked, matched, index, scope):
         return ranked, tuple(cited(1.0, group) for group in all_names)
     if ranked and sufficient(asked, matched, ranked[0]):
-        return ranked, composed(asked, matched, index, ranked, scope)
+        return ranked, composed(asked, index, ranked, scope)
     return ranked, ()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 
 from busflow_assistant.answer_kinds import AnswerKind
 from busflow_assistant.passages import PassageShape
@@ -54,6 +55,10 @@ _DEFAULT = either(
 _REASON = either(r"\b(?:because|since|so|therefore|why|as|for|worse|otherwise|else)\b", ":")
 _STRONG_REASON = either(
     r"\b(?:because|therefore|would)\b", r"\bso that\b", r", so\b", r"\b(?:that|which) is why\b", r"\bfor the reason\b"
+)
+_VERDICT = either(r"\b(?:can|may|cannot|must|not|no|never|only|any|both|also|even|every|all|same)\b", r"n't\b")
+_DENIAL = either(
+    r"\b(?:not|no|never|nothing|none|nobody|cannot|without|nor|neither|only|except|refused|instead)\b", r"n't\b"
 )
 _STEPS = (
     "Use|Call|Write|Run|Set|Add|Give|Put|Start|Open|Press|Rename|Install|Make|Let|Turn|Say|Name|Ask|Create|Declare|Begin"
@@ -123,6 +128,16 @@ def gives_reason(text: str) -> bool:
     return bool(_STRONG_REASON.search(text))
 
 
+def gives_verdict(text: str) -> bool:
+    """Return whether a text allows, forbids or restricts something."""
+    return bool(_VERDICT.search(text))
+
+
+def denies(text: str) -> bool:
+    """Return whether a text says what is not."""
+    return bool(_DENIAL.search(text))
+
+
 def emptiness(question: AskedQuestion, unit: Citable) -> float:
     """Return how little a unit says by itself: a heading, a table's head, a command, the question's own words."""
     asked = {one for term in question.terms for one in (term.word, *term.stems)}
@@ -153,7 +168,7 @@ def items(text: str) -> int:
 def subject(question: AskedQuestion, unit: Citable) -> float:
     """Return how far a unit's first words are what a question is about, more where it says what that is or does."""
     start = _OPENING.sub("", unit.text[:100])
-    topical = {one for term in question.terms if term.weight >= GENERAL + 0.1 for one in term.stems}
+    topical = _topical(question)
     words = re.findall(r"\w+", start)[:4]
     named = [n for n, word in enumerate(words) if topical & {*terms_of(word)}]
     if unit.passage.shape is PassageShape.CODE:
@@ -167,6 +182,22 @@ def subject(question: AskedQuestion, unit: Citable) -> float:
     is_subject = named[0] <= 1 and not _POSSESSIVE.match(unit.text)
     says = any(_VERB.fullmatch(word) for word in re.findall(r"[^\s`*|]+", start)[1:4])
     return 0.4 * share + (0.4 if is_subject and says else 0.1)
+
+
+def acts(question: AskedQuestion, unit: Citable) -> bool:
+    """Return whether a verb follows what the question is about, near the start of a unit."""
+    if unit.passage.shape is PassageShape.CODE:
+        return False
+    topical = _topical(question)
+    words = re.findall(r"[\w-]+", unit.text[:160])[:8]
+    named = [not topical.isdisjoint(terms_of(word)) for word in words]
+    last = next((n for n, (one, two) in enumerate(pairwise(named)) if one and not two), None)
+    return last is not None and bool(_VERB.fullmatch(words[last + 1]))
+
+
+def _topical(question: AskedQuestion) -> frozenset[str]:
+    """The stems of the words that say what a question is about."""
+    return frozenset(one for term in question.terms if term.weight >= GENERAL + 0.1 for one in term.stems)
 
 
 def valued(question: AskedQuestion, unit: Citable) -> float:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
-from math import log
 from typing import NamedTuple
 
 from busflow_assistant.answer_kinds import AnswerKind
-from busflow_assistant.evidence import emptiness, forms, gives_reason, items, subject, valued
+from busflow_assistant.evidence import acts, denies, emptiness, forms, gives_reason, gives_verdict, items, subject
 from busflow_assistant.lexicon import tiny_words
 from busflow_assistant.matching import Matched
-from busflow_assistant.passages import PassageShape
 from busflow_assistant.question import AskedQuestion
 from busflow_assistant.search_index import Citable, SearchIndex, letters, runs_of
 from busflow_assistant.words import raw_words, terms_of
@@ -32,22 +30,20 @@ class Features(NamedTuple):
     """All its words, the rare ones most."""
     runs: float
     """Its runs of four letters: compounds, slips and other forms of a word have most of them in common."""
-    exact: float
-    """Its words of a topic as they are written."""
+    literal: float
+    """Its identifiers and numbers of the question."""
+    covered: float
+    """Words of a topic that it, a unit beside it or the heading next above it has."""
     near: float
     """Words that stand beside the unit alone."""
     before: float
     """Words that the unit before it has alone."""
     title: float
     """Words that the heading next above it has alone."""
-    above: float
-    """Words that any heading above it has alone."""
     key: float
     """Words that it begins with and is about."""
     together: float
     """Words in a row that stand close to each other in it."""
-    named: float
-    """1 if it has an identifier that two words of the question make."""
     asked: float
     """1 if it has a word that says what is asked for."""
     needed: float
@@ -57,50 +53,41 @@ class Features(NamedTuple):
     other: float
     """Other kinds of answers that it has the form of."""
     subject: float
-    valued: float
+    acts: float
+    """1 if it says what the topic is or does, where that is asked for."""
     items: float
     reason: float
+    verdict: float
+    """1 if it allows, forbids or restricts, and the question can be answered by yes or no."""
+    denies: float
+    """1 if it says what is not, and the question asks for that."""
     empty: float
-    length: float
-    in_code: float
-    """1 for a line of code where none is asked for."""
-    in_table: float
-    in_list: float
-    whole: float
-    """1 for a whole list or table."""
-    titled: float
-    """1 for one whose head, or what leads to it, says what is asked for."""
 
 
 WEIGHTS = Features(
-    own=5.61,
-    every=1.96,
-    runs=9.46,
-    exact=1.00,
-    near=3.41,
-    before=4.05,
-    title=4.29,
-    above=2.77,
-    key=1.43,
-    together=1.94,
-    named=1.07,
-    asked=0.85,
-    needed=1.68,
-    lacking=-0.62,
-    other=0.70,
-    subject=2.03,
-    valued=0.53,
-    items=1.06,
-    reason=2.65,
-    empty=-1.05,
-    length=-0.17,
-    in_code=-0.68,
-    in_table=0.05,
-    in_list=-0.00,
-    whole=0.01,
-    titled=1.05,
+    own=2.73,
+    every=1.77,
+    runs=9.62,
+    literal=-2.49,
+    covered=3.88,
+    near=1.25,
+    before=3.05,
+    title=4.54,
+    key=2.27,
+    together=1.66,
+    asked=1.35,
+    needed=2.22,
+    lacking=-0.71,
+    other=1.08,
+    subject=1.36,
+    acts=1.73,
+    items=1.19,
+    reason=2.36,
+    verdict=1.74,
+    denies=1.28,
+    empty=-1.93,
 )
-"""How much each counts: fitted to the questions that the tests may tune on by `benchmarks/assistant_weights.py`."""
+"""How much each counts: fitted to the questions that the tests may tune on by `assistant/tools/fit_weights.py`."""
 
 
 class Sought:
@@ -127,17 +114,6 @@ class Sought:
         asked = set(runs_of(letters(self.question.english)))
         return _shares({run: self._index.rarity_of_run(run) ** 2 for run in asked})
 
-    @cached_property
-    def names(self) -> frozenset[str]:
-        """The identifiers that two words in a row make: `sensor_processor` of "sensor processor"."""
-        return frozenset(
-            name
-            for one, two in pairwise(self.matched)
-            for first in (one.term.word, *one.variants)
-            for second in (two.term.word, *two.variants)
-            if (name := f"{first}_{second}") in self._index.postings
-        )
-
     def share(self, terms: frozenset[str]) -> float:
         """Return the share of the question that some terms have."""
         return sum(weight * each.best(terms) for weight, each in zip(self.weights, self.matched, strict=True))
@@ -151,38 +127,33 @@ class Sought:
 
     def features(self, unit: Citable) -> Features:
         """Return what a unit has of the question."""
-        question, text, shape = self.question, unit.text, unit.passage.shape
+        question, text, wanted = self.question, unit.text, self.question.wanted
         own = [each.best(unit.own) for each in self.matched]
         needed, lacking, other = forms(question, text)
         every = sum(share for word, share in self.words.items() if word in unit.own)
-        about = question.wanted & {AnswerKind.DEFINITION, AnswerKind.FUNCTION}
+        about = bool(wanted & {AnswerKind.DEFINITION, AnswerKind.FUNCTION})
         return Features(
             own=sum(weight * value for weight, value in zip(self.weights, own, strict=True)),
             every=every,
             runs=sum(share for run, share in self.runs.items() if run in unit.letters),
-            exact=self._exact(unit),
+            literal=self._literal(own),
+            covered=self._covered(own, unit),
             near=self._added(own, unit.near),
             before=sum(share for word, share in self.words.items() if word in unit.before and word not in unit.own),
             title=self._added(own, unit.title),
-            above=self._added(own, unit.above),
             key=self.share(unit.key),
             together=self._together(unit),
-            named=not self.names.isdisjoint(unit.own),
             asked=any(head in unit.own for head in question.heads),
             needed=needed,
             lacking=lacking,
             other=other,
             subject=subject(question, unit) if about else 0.0,
-            valued=valued(question, unit),
-            items=min(1.0, items(text) / 3) if AnswerKind.LIST in question.wanted else 0.0,
-            reason=AnswerKind.REASON in question.wanted and gives_reason(text),
+            acts=about and acts(question, unit),
+            items=min(1.0, items(text) / 3) if AnswerKind.LIST in wanted else 0.0,
+            reason=AnswerKind.REASON in wanted and gives_reason(text),
+            verdict=AnswerKind.YES_OR_NO in wanted and gives_verdict(text),
+            denies=AnswerKind.NEGATION in wanted and denies(text),
             empty=emptiness(question, unit),
-            length=log(1 + unit.length),
-            in_code=shape is PassageShape.CODE and AnswerKind.METHOD not in question.wanted,
-            in_table=shape is PassageShape.TABLE,
-            in_list=shape is PassageShape.LIST,
-            whole=unit.whole,
-            titled=unit.whole and not unit.near.isdisjoint(question.heads),
         )
 
     def score(self, unit: Citable) -> float:
@@ -196,9 +167,16 @@ class Sought:
             for weight, had, each in zip(self.weights, own, self.matched, strict=True)
         )
 
-    def _exact(self, unit: Citable) -> float:
-        written = unit.letters.split()
-        return sum(weight for weight, each in zip(self.weights, self.matched, strict=True) if each.term.word in written)
+    def _literal(self, own: Sequence[float]) -> float:
+        return sum(
+            weight * had for weight, had, each in zip(self.weights, own, self.matched, strict=True) if each.term.literal
+        )
+
+    def _covered(self, own: Sequence[float], unit: Citable) -> float:
+        return sum(
+            weight * max(had, each.best(unit.near), each.best(unit.title))
+            for weight, had, each in zip(self.weights, own, self.matched, strict=True)
+        )
 
     def _together(self, unit: Citable) -> float:
         at = [[n for n, one in enumerate(unit.stems) if one in each.variants] for each in self.matched]

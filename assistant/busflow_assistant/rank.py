@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 from busflow_assistant.answer_kinds import AnswerKind
 from busflow_assistant.features import Sought
@@ -15,6 +16,10 @@ from busflow_assistant.search_index import Citable, SearchIndex
 
 LONGEST = 2_500
 """Characters of the longest list or table that is cited as a whole."""
+_WITH_TERMS = 120
+"""Units that are compared, of those with a term of the question."""
+_CANDIDATES = 200
+"""The same with those beside them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,19 +36,32 @@ class Ranked:
     """How close its meaning is to the question's, up to 1, where a model says so."""
 
 
-def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int], most: int = 200) -> list[int]:
-    """Return the units of a scope that have a term of the question, those with most of it first."""
+def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Container[int]) -> list[int]:
+    """Return the units of a scope that have a term of the question, those with most of it first, then those beside."""
     weights: dict[int, float] = {}
-    inside = scope if isinstance(scope, range | set | frozenset) else set(scope)
     for each in matched:
         best: dict[int, float] = {}
         for variant, quality in each.variants.items():
             for number in index.postings[variant]:
-                if number in inside and quality > best.get(number, 0.0):
+                if number in scope and quality > best.get(number, 0.0):
                     best[number] = quality
         for number, quality in best.items():
             weights[number] = weights.get(number, 0.0) + each.weight * quality
-    return sorted(weights, key=lambda number: -weights[number])[:most]
+    with_terms = sorted(weights, key=lambda number: -weights[number])[:_WITH_TERMS]
+    return [*with_terms, *islice(_beside(with_terms, index, scope), _CANDIDATES - len(with_terms))]
+
+
+def _beside(numbers: Sequence[int], index: SearchIndex, scope: Container[int]) -> Iterator[int]:
+    """The units beside others in one passage: a sentence that goes on need not have the topic's words again."""
+    seen = set(numbers)
+    for number in numbers:
+        passage = index.units[number].passage
+        for other in (number - 1, number + 1):
+            if other in scope and other not in seen:
+                unit = index.units[other]
+                if unit.passage is passage and unit.may_answer:
+                    seen.add(other)
+                    yield other
 
 
 def rank(question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int]) -> list[Ranked]:

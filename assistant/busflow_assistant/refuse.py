@@ -15,7 +15,7 @@ from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import Ranked
 from busflow_assistant.search_index import SearchIndex
 
-DOUBT = 3.1
+DOUBT = 4.3
 """The least score of an answer, less what counts against it: fitted as the weights of `features` are."""
 UNKNOWN = 17.0
 """How much it counts against an answer that all words of the topic are unknown to the text."""
@@ -23,7 +23,7 @@ NO_NAME = 6.0
 """The same of an identifier or a number that is."""
 LACKING = 7.0
 """The same of a number, a time or a version that was asked for and is not there."""
-UNCOUNTED = 14.0
+UNCOUNTED = 12.0
 """The same of a number that counts something else."""
 SURE_AMONG = 6
 """Units that are looked at for these."""

@@ -57,6 +57,11 @@ class Citable:
         return self.page.text(self.span)
 
     @cached_property
+    def may_answer(self) -> bool:
+        """Whether it is no heading, and no question that the page asks itself."""
+        return self.passage.shape is not PassageShape.HEADING and not self.text.rstrip("*_\"'”)").endswith("?")
+
+    @cached_property
     def letters(self) -> str:
         """The unit in small letters and digits, with single spaces between words and around all."""
         return letters(plain(self.text))
@@ -78,11 +83,6 @@ class Citable:
     def title(self) -> frozenset[str]:
         """Terms of the heading next above it."""
         return frozenset(terms(self.passage.headings[-1])) if self.passage.headings else frozenset()
-
-    @cached_property
-    def length(self) -> int:
-        """How many terms it has."""
-        return self.own.total()
 
 
 class SearchIndex:
@@ -127,7 +127,7 @@ class SearchIndex:
                 before = frozenset(own[position - 1]) if position else frozenset[str]()
                 unit = Citable(len(self.units), page, passage, span, counted, near, above, before)
                 self.units.append(unit)
-                for term in counted if _says_something(unit) else ():
+                for term in counted if unit.may_answer else ():
                     self.postings[term].append(unit.number)
             lead = _lead(own, passage, lead)
 
@@ -157,11 +157,6 @@ def _kinds(text: str) -> Iterator[str]:
 
 def _rarity(had: int, of: int) -> float:
     return math.log(1 + (of - had + 0.5) / (had + 0.5)) / math.log(1 + (of + 0.5) / 0.5)
-
-
-def _says_something(unit: Citable) -> bool:
-    """True if a unit may be an answer: no heading, and no question that the page asks itself."""
-    return unit.passage.shape is not PassageShape.HEADING and not unit.text.rstrip("*_\"'”)").endswith("?")
 
 
 def _around(own: Sequence[Counter[str]], position: int, passage: Passage, page: Page) -> frozenset[str]:

@@ -47,9 +47,20 @@ def third() -> Scores:
 
 
 @pytest.fixture(scope="module")
+def fourth() -> Scores:
+    return scores("questions_fourth.jsonl")
+
+
+@pytest.fixture(scope="module")
 def held_out() -> Scores:
     """On pages that no weight was fitted to."""
     return scores("questions_held_out.jsonl")
+
+
+@pytest.fixture(scope="module")
+def held_out_second() -> Scores:
+    """On four others, one of them of another robot and another project."""
+    return scores("questions_held_out_second.jsonl")
 
 
 @pytest.mark.parametrize(
@@ -71,14 +82,20 @@ def test_no_order_of_the_shared_set_is_obeyed(shared: Scores):
     assert shared.share("obeyed", ("injection",)).good == 0
 
 
-@pytest.mark.parametrize("name", ["shared", "own", "third", "held_out"])
+@pytest.mark.parametrize("name", ["shared", "own", "third", "fourth", "held_out", "held_out_second"])
 def test_every_citation_is_verbatim(name, request):
     assert request.getfixturevalue(name).verbatim.rate == 1
 
 
 @pytest.mark.parametrize(
     ("name", "right", "first", "among_three"),
-    [("own", 0.80, 0.74, 0.76), ("third", 0.90, 0.76, 0.90), ("held_out", 0.80, 0.68, 0.78)],
+    [
+        ("own", 0.80, 0.74, 0.76),
+        ("third", 0.90, 0.76, 0.90),
+        ("fourth", 0.80, 0.70, 0.80),
+        ("held_out", 0.75, 0.63, 0.75),
+        ("held_out_second", 0.68, 0.55, 0.68),
+    ],
 )
 def test_other_sets_keep_what_they_reached(name, right, first, among_three, request):
     found: Scores = request.getfixturevalue(name)

@@ -9,6 +9,10 @@ from hypothesis import strategies as st
 from busflow_assistant.answer import AnswerScope, Reason
 from busflow_assistant.engine import Engine
 from busflow_assistant.markdown import read_page
+from busflow_assistant.matching import match
+from busflow_assistant.question import understand
+from busflow_assistant.rank import candidates
+from busflow_assistant.search_index import SearchIndex
 
 TESTS = Path(__file__).parent
 PAGE = """# The pump
@@ -139,6 +143,39 @@ def test_first_citation_is_the_whole_evidence(question, wanted):
     answer = Engine([read_page("driver.md", DRIVER)]).ask(question, page="driver.md")
     assert answer.answered, answer.text
     assert all(each in answer.citations[0].text for each in wanted), answer.citations[0].text
+
+
+COOLING = """# Cooling
+
+The pump is cooled by air and by water. The motor is cooled by the fan, which is cooled by the pump, and runs as long as
+anything else in the building does, by day and by night, in winter and in summer, with one pause of two hours a week.
+
+Valves and pipes are never cooled.
+
+Pipes carry steam at night.
+
+All pipes carry steam.
+"""
+
+
+@pytest.mark.parametrize(
+    ("question", "wanted"),
+    [
+        ("What is not cooled?", "Valves and pipes are never cooled."),
+        ("Do the pipes carry steam?", "All pipes carry steam."),
+    ],
+)
+def test_first_citation_denies_or_allows_as_asked(question, wanted):
+    answer = Engine([read_page("cooling.md", COOLING)]).ask(question, page="cooling.md")
+    assert answer.answered, answer.text
+    assert wanted in answer.citations[0].text, answer.text
+
+
+def test_sentence_beside_a_matching_one_is_compared():
+    """It goes on with the topic, and has no word of it."""
+    index = SearchIndex([read_page("p.md", "# T\n\nA census is long. This one counts trees.\n\nSea and sky.\n")])
+    found = candidates(match(understand("What does the census do?"), index), index, range(len(index.units)))
+    assert [index.units[number].text for number in found] == ["A census is long.", "This one counts trees."]
 
 
 def test_answer_from_outside_the_selection_says_so():

@@ -1,9 +1,9 @@
 """The weights of `busflow_assistant.features`, fitted to the question sets that may be tuned on.
 
-    python benchmarks/assistant_weights.py    # the weights, and how well they do on pages that they were not fitted to
+    python assistant/tools/fit_weights.py    # the weights, and how well they do on pages that they were not fitted to
 
 The score of a unit is a sum; the weights are those under which the units that answer are most likely the best: a
-softmax over all units of a page, with a penalty on large weights. The set that is held out is not read.
+softmax over all units of a page, with a penalty on large weights. The sets that are held out are not read.
 
 Needs the distribution `busflow-assistant`: pip install . ./assistant
 """
@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks.assistant_score import ANSWERED, PageTexts, has_all, overlap, read_questions  # noqa: E402  # the clone's benchmarks are no package
@@ -31,7 +31,7 @@ from busflow_assistant.rank import answers  # noqa: E402  # as above
 from busflow_assistant.search_index import SearchIndex  # noqa: E402  # as above
 
 TESTS = ROOT / "assistant" / "tests"
-SETS = ("questions.jsonl", "questions_own.jsonl", "questions_third.jsonl")
+SETS = ("questions.jsonl", "questions_own.jsonl", "questions_third.jsonl", "questions_fourth.jsonl")
 PENALTY = 0.03
 STEPS = 400
 
@@ -76,7 +76,7 @@ def example(question: Mapping[str, Any], index: SearchIndex, texts: PageTexts) -
     page, spans = texts.words(question["page"]), [*question["spans"], *question.get("alt_spans", [])]
     holds = [max(overlap(page, span, unit.text) for span in spans) >= 0.5 for unit in units]
     inside = [
-        unit.length > 3 and max(overlap(page, unit.text, span) for span in spans) >= 0.9 for unit in units
+        unit.own.total() > 3 and max(overlap(page, unit.text, span) for span in spans) >= 0.9 for unit in units
     ]  # a part of longer evidence
     whole = [yes and has_all(unit.text, question["must_contain"]) for yes, unit in zip(holds, units, strict=True)]
     right = whole if any(whole) else holds if any(holds) else inside
