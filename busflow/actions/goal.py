@@ -67,8 +67,8 @@ class RunningGoal(Generic[A_co]):
     """
 
     __slots__ = (
-        "_goal", "_server", "_status", "activity", "asked", "client", "ending", "feedback_count", "handling", "id",
-        "info", "key", "reason", "response", "state", "task",
+        "_goal", "_server", "_status", "activity", "asked", "client", "client_gone", "ending", "feedback_count",
+        "handling", "id", "info", "key", "reason", "response", "state", "task",
     )  # fmt: skip
 
     def __init__(self, server: FeedbackTaker, goal_id: UUID, goal: Message, *, client: str, info: GoalInfo) -> None:
@@ -77,6 +77,8 @@ class RunningGoal(Generic[A_co]):
         """The goal's identifier, which its client has chosen."""
         self.client: str = client
         """The full name of the client's node, or `another process`."""
+        self.client_gone: bool = False
+        """True once that node is known to have gone."""
         self.info: GoalInfo = info
         """Its identifier and the time at which it was accepted, as ROS 2's message."""
         self.key: bytes = key_of(info.goal_id)

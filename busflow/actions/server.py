@@ -268,16 +268,27 @@ class ActionServer(Generic[A]):
             code = CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
             return CancelGoal.Response(return_code=code if known is None else CancelGoal.Response.ERROR_GOAL_TERMINATED)
         for goal in chosen:
-            self._ask_to_end(goal, GoalState.CANCELED, "canceled")
+            self._cancel(goal)
         infos = tuple(each.info for each in chosen)
         code = CancelGoal.Response.ERROR_NONE if infos else CancelGoal.Response.ERROR_REJECTED
         return CancelGoal.Response(return_code=code, goals_canceling=infos)
 
     def cancel_all_of(self, client: str) -> None:
-        """Cancel the goals of a client that has gone."""
+        """Cancel the goals of a client that has gone, each by a request in its name, so that a recording has it."""
         for goal in self.goals:
             if goal.client == client:
-                self._ask_to_end(goal, GoalState.CANCELED, "its client has gone")
+                goal.client_gone = True
+                request = CancelGoal.Request(goal_info=GoalInfo(goal_id=goal.info.goal_id))
+                call = self.ends.cancels.ask(request, caller=client)
+                call.reply.add_done_callback(partial(self._cancel_unasked, goal))
+
+    def _cancel_unasked(self, goal: RunningGoal[Any], _reply: object) -> None:
+        """Cancel a goal, if there was no room for the request."""
+        if not goal.state.is_terminal:
+            self._cancel(goal)
+
+    def _cancel(self, goal: RunningGoal[Any]) -> None:
+        self._ask_to_end(goal, GoalState.CANCELED, "its client has gone" if goal.client_gone else "canceled")
 
     def close(self) -> None:
         """End every goal, because the node ends; the tasks of their handlers are cancelled with the node's."""

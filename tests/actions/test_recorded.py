@@ -1,8 +1,15 @@
 """A run with actions is recorded whole, and each of its sides can be run again on the recording."""
 
+import os
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from subprocess import Popen
+
 import pytest
 
 from busflow.cli import main
+from tests.processes.conftest import Run
 
 ARM = """
 from tests.actions import conftest
@@ -107,3 +114,38 @@ def test_random_identifiers_replay_as_recorded(graph, node, capsys):
     out = capsys.readouterr().out
     assert f"/{node}: the same as in" in out
     assert ("8 on /seen" in out) == (node == "boss")
+
+
+PATIENT_ARM = """
+from busflow import Node, RunningGoal, action
+from tests.actions.conftest import MoveTo
+
+
+class Arm(Node):
+    @action(MoveTo, "~/move", when_busy="queue")
+    async def move(self, goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+        self.log.info("begins")
+        try:
+            await self.clock.sleep(3600)
+        finally:
+            self.log.info("ends", why=goal.reason)
+        return MoveTo.Result()
+"""
+
+
+def test_goals_of_a_killed_client_replay_as_recorded(graph, monkeypatch, capsys):
+    """The cancel that comes of a client's death is in the recording, and so they end in the replay too."""
+    (graph / "arm.py").write_text(PATIENT_ARM)
+    (graph / "run.yaml").write_text("name: moves\nplugins: [.]\nnodes:\n  arm: {plugin: arm}\n")
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+    run = Run(graph, graph, "--record", "moves.mcap")
+    command = [sys.executable, "-m", "busflow", "action", "send_goal", "arm/move", "my_robot/action/MoveTo", "--wait=9"]
+    with ExitStack() as ended:
+        ended.callback(run.process.kill)
+        for times in (1, 2):
+            sending = ended.enter_context(Popen(command, env={**os.environ, "BUSFLOW_RUNTIME_DIR": str(graph)}))
+            run.wait_for("begins", times=times)
+            sending.kill()
+            run.wait_for("ends", "its client has gone", times=times)
+        assert run.end() == 130
+    assert main(["replay", "moves.mcap", "run.yaml", "--time-tolerance=60s"]) == 0, capsys.readouterr().out

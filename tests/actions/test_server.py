@@ -132,7 +132,7 @@ async def test_cancel_before_the_first_step_counts():
         going = client.send(MoveTo.Goal(angle=9))
         async with going:
             (goal,) = arm.move.goals
-            arm.move.cancel_all_of("/boss")
+            arm.move.on_cancel(CancelGoal.Request(goal_info=GoalInfo(goal_id=goal.info.goal_id)))
             assert goal.is_canceling
             with pytest.raises(GoalCanceled):
                 await going.result()
@@ -420,3 +420,23 @@ async def test_timeout_cancels_the_goal():
         assert lab.node(Arm).move.goals == ()
         assert lab.node(Arm).move.statistics().canceled == 1
         assert balanced(lab)
+
+
+@virtual_time
+async def test_all_goals_of_a_lost_client_end():
+    """They are more than the requests to cancel that may wait."""
+    async with harness(serving(when_busy="parallel", at_most=40), Boss) as lab:
+        server, send = lab.node("arm").move, lab.graph.bus.services["/arm/move/_action/send_goal"]
+        ids = [UUID(uuid=[number] * 16) for number in range(1, 31)]
+        async with lab.node(Boss).move.send(MoveTo.Goal(angle=9)) as other:
+            for goal_id in ids:
+                request = send.type.Request(goal_id=goal_id, goal=MoveTo.Goal(angle=9))
+                assert (await send.call(request, caller="a client of another process")).accepted
+            goals = [each for each in server.goals if each.id != other.id]
+            server.ends.goals.forget("a client of another process")
+            await lab.advance(1)
+            assert {(each.state, each.reason) for each in goals} == {(GoalState.CANCELED, "its client has gone")}
+            assert (await other.result()).angle == 9
+        assert (server.statistics().canceled, server.statistics().succeeded, balanced(lab)) == (30, 1, True)
+        cancels = server.ends.cancels.statistics()
+        assert (cancels.received, cancels.served, cancels.refused) == (30, 10, 20)

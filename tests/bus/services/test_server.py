@@ -16,6 +16,7 @@ from busflow import (
 )
 from busflow.errors import NotRunning
 from busflow.msgs.std_srvs import Trigger
+from busflow.node.node import runtime_of
 from busflow.testing import harness, virtual_time
 from tests.bus.conftest import Add, Adder, accounts, line, three_calls
 
@@ -184,3 +185,15 @@ async def test_a_server_shows_its_service_node_and_counts():
         server = lab.node(Adder).create_service(Trigger, "ask", lambda _: Trigger.Response())
         await lab.call(Trigger, "ask")
         assert repr(server) == "<Server /ask of /adder: 1 served, 0 failed, 0 waiting>"
+
+
+@virtual_time
+async def test_request_in_anothers_name_is_accounted_for():
+    async with harness(Adder) as lab:
+        (server,) = (each for each in runtime_of(lab.node(Adder)).endpoints.servers if each.service == "/adder/add")
+        seen = []
+        lab.graph.bus.services["/adder/add"].taps.append(lambda call: seen.append((call.caller, call.outcome)))
+        call = server.ask(Add.Request(number=2), caller="one that has gone")
+        await lab.advance(0)
+        assert seen == [("one that has gone", None), ("one that has gone", Add.Response(sum=3))]
+        assert (call.reply.result().sum, accounts(lab)) == (3, True)
