@@ -157,10 +157,11 @@ def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph
 
         record_graph(graph, record)
     if inspect is not False:
-        from busflow.ros2 import ros2_network
+        from busflow.ros2 import attach_successor, ros2_network
         from busflow.wire.mirror.membership import inspectable
 
         inspectable(graph, inspect, network=ros2_network(graph.descriptions))
+        attach_successor(graph)
         attach_bridge(graph)
     return graph
 

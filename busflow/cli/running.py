@@ -23,7 +23,7 @@ from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.launchfile.model.ros2 import Ros2Spec
 from busflow.log import console_sink, json_sink
 from busflow.programs import attach_programs
-from busflow.ros2 import ros2_network
+from busflow.ros2 import attach_successor, ros2_network
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.loops.system import LoopFactory
@@ -147,6 +147,7 @@ class Run:
             from busflow.wire.mirror.membership import inspectable
 
             inspectable(graph, self._inspect, network=ros2_network(graph.descriptions))
+            attach_successor(graph)
             attach_bridge(graph)
 
     @staticmethod

@@ -20,7 +20,7 @@ from busflow.processes.machines import Machines
 from busflow.processes.report import merged
 from busflow.processes.shares import Shares
 from busflow.processes.worker_process import MemberState, ProcessOutcome, WorkerProcess
-from busflow.ros2 import ros2_network
+from busflow.ros2 import attach_successor, ros2_network
 from busflow.runner.extension import Extension
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership, card_of
@@ -125,6 +125,7 @@ class ProcessGroup(Extension):
             self._kill_s += CLOSE_TIMEOUT_S
         self.end_s: float = self._kill_s + _LEAVE_S
         graph.attach(self)
+        attach_successor(graph)
         if self._recording is not None:
             from busflow.recording.recorder.recorder import record_share
 

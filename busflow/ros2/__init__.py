@@ -1,8 +1,9 @@
 """Nodes of ROS 2 that take part in a run. It carries no message itself.
 
 A run writes ROS 2's types under the keys of `rmw_zenoh`, so its Zenoh session is all that nodes of ROS 2 need: `router`
-finds out whether the machine has the router that they look for, and else lets the run stand in for it. What may pass is
-decided by Zenoh's access control (`wire/zenoh/access`). A run that lets none in imports nothing of this package but
+finds out whether the machine has the router that they look for, and else lets the run stand in for it. When a router
+that the run has joined ends, the run takes its place (`successor`). What may pass is decided by Zenoh's access control
+(`wire/zenoh/access`). A run that lets none in imports nothing of this package but
 this module.
 """
 
@@ -11,8 +12,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from busflow.launchfile.model.ros2 import Ros2Transport
+
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
+    from busflow.launchfile.model.ros2 import Ros2Spec
+    from busflow.runner.graph import Graph
     from busflow.wire.zenoh.network import Network
 
 
@@ -27,9 +32,22 @@ def ros2_network(
         descriptions: those of the run's launch files.
         linked: the network of the run's machines, if there are several.
     """
-    spec = next((each.ros2 for each in descriptions if each.ros2 is not None), None)
+    spec = _spec_of(descriptions)
     if spec is None:
         return None
     from busflow.ros2.router import with_ros2
 
     return lambda: with_ros2(spec, linked)
+
+
+def attach_successor(graph: Graph) -> None:
+    """Attach to a graph with nodes of ROS 2 over Zenoh what takes their router's place when it has ended."""
+    spec = _spec_of(graph.descriptions)
+    if spec is not None and spec.transport is Ros2Transport.ZENOH:
+        from busflow.ros2.successor import RouterSuccessor
+
+        graph.attach(RouterSuccessor(spec.router, graph.clock, graph.log.bind("busflow")))
+
+
+def _spec_of(descriptions: Sequence[LaunchDescription]) -> Ros2Spec | None:
+    return next((each.ros2 for each in descriptions if each.ros2 is not None), None)

@@ -70,7 +70,7 @@ async def talk(session, robot: Robot) -> None:
     robot.chatter.publish(String(data="to ROS 2"))
     sample = await arrived(received)
     assert SUPPORT.decode(sample.payload.to_bytes()).data == "to ROS 2"
-    assert Attachment.decode(sample.attachment.to_bytes()).sequence == 1
+    assert Attachment.decode(sample.attachment.to_bytes()).sequence >= 1
     assert await has_come(session, "/robot")
     answers = [each.ok for each in session.get("@busflow/1/*/run", timeout=0.2)]
     assert not any(answers), "queries about the run are this user's alone"

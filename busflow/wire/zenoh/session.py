@@ -62,6 +62,14 @@ always be slower than its traffic, and messages that wait there become old: Zeno
 """
 
 
+_OF_A_NETWORK: dict[str, Any] = {
+    "scouting/delay": 1,  # milliseconds; multicast scouting is off
+    "timestamping/enabled": False,
+    "adminspace/enabled": False,
+}
+"""Settings of a session that others than this user's terminals reach."""
+
+
 def require_unix_sockets(otherwise: str = "") -> None:
     """Check that this platform has Unix sockets and file locks, which connect the terminals and processes of one user.
 
@@ -127,6 +135,16 @@ def open_session(
         raise InspectionUnavailable(f"no Zenoh session in {directory}: {error}") from None
 
 
+def open_router(address: str) -> zenoh.Session:
+    """Open a session that listens at an address as a router, and links what connects to it.
+
+    Raises:
+        InspectionUnavailable: Zenoh is missing or refuses, or something listens there already.
+    """
+    require_zenoh()
+    return _opened(_settings([address], []) | _OF_A_NETWORK | {"mode": "router"})
+
+
 def _names_in(directory: Path) -> list[str]:
     """List a run's directory; the run may end and remove it at any moment.
 
@@ -139,7 +157,7 @@ def _names_in(directory: Path) -> list[str]:
         raise InspectionUnavailable(f"the run in {directory} is gone: {error.strerror}") from None
 
 
-def _settings(own: Sequence[str], others: Sequence[str], patience_s: float) -> dict[str, Any]:
+def _settings(own: Sequence[str], others: Sequence[str], patience_s: float = 5.0) -> dict[str, Any]:
     return {
         # A client links to the run only, which forwards messages between clients. As peers, two clients that do not
         # listen would not find each other.
@@ -171,9 +189,7 @@ def _linked(own: Sequence[str], others: Sequence[str], network: Network) -> dict
         "listen/endpoints": [*own, *listens],
         "connect/endpoints": dials if router else [*others, *dials],
         "connect/timeout_ms": -1 if router else 0,  # -1 is for ever: a machine may come at any time
-        "scouting/delay": 1,  # milliseconds; multicast scouting is off
-        "timestamping/enabled": False,
-        "adminspace/enabled": False,
+        **_OF_A_NETWORK,
     }
 
 
