@@ -5,10 +5,13 @@ Without a browser on this machine the tests are skipped, unless CI says that the
 
 import base64
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -103,6 +106,18 @@ class Odd(Node):
 '''
 
 
+class EmptyPage(BaseHTTPRequestHandler):
+    """Serves an empty page at every address, and logs nothing."""
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.end_headers()
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
 class Stage:
     """A run of the lab, `busflow ui` beside it, and the browser that shows it."""
 
@@ -121,7 +136,14 @@ class Stage:
         self.place = Place(runs)
         self.run: LiveRun | None = None
         self.start()
-        self.shown = Shown(environment=self.place.environment, folder=folder)
+        self._site = ThreadingHTTPServer(("127.0.0.1", 0), EmptyPage)
+        Thread(target=self._site.serve_forever, daemon=True).start()
+        self.origin = f"http://localhost:{self._site.server_port}"
+        """Another site, whose pages may look."""
+        self.shown = Shown("--allow-origin", self.origin, environment=self.place.environment, folder=folder)
+        assert self.shown.process.stdout
+        self.looking = re.findall(r"with the token (\S+)", self.shown.process.stdout.readline())[0]
+        """The token of pages that may only look."""
         self.complaints: list[str] = []
         """What the browser's console said, and requests to others."""
         self.page = self.opened(self.shown)
@@ -153,6 +175,8 @@ class Stage:
     def close(self) -> None:
         self.page.close()
         self.shown.end()
+        self._site.shutdown()
+        self._site.server_close()
         if self.run is not None:
             self.run.stop()
 

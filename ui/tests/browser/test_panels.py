@@ -1,12 +1,10 @@
 """What a person does in the panels of the page, and what comes of it in the run of the lab."""
 
-import http.server
 import json
 import re
 import struct
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -168,14 +166,10 @@ def test_a_goal_has_a_time_limit(stage: Stage):
 
 
 def test_a_page_that_looks_has_no_form(stage: Stage):
-    shown = Shown("--read-only", environment=stage.place.environment, folder=stage.folder)
-    try:
-        with closing(stage.opened(shown)) as page:
-            main = goals_of_count(stage, page)
-            main.locator("text=This page may only look: it sends no goals.").wait_for()
-            assert main.get_by_role("button", name="Send goal").count() == 0
-    finally:
-        shown.end()
+    with closing(stage.opened(stage.shown, token=stage.looking)) as page:
+        main = goals_of_count(stage, page)
+        main.locator("text=This page may only look: it sends no goals.").wait_for()
+        assert main.get_by_role("button", name="Send goal").count() == 0
 
 
 # Driving.
@@ -334,56 +328,22 @@ def test_a_layout_is_saved_and_begins_the_page(stage: Stage):
 # Elsewhere.
 
 
-@contextmanager
-def site(text: str) -> Iterator[str]:
-    """A site of another origin that serves one page, whatever is asked for."""
-
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.end_headers()
-            self.wfile.write(pages[0].encode())
-
-        def log_message(self, *_: object) -> None:
-            """Print nothing."""
-
-    pages = [text]
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    server.pages = pages  # type: ignore[attr-defined]  # the address of busflow's server is known only later
-    try:
-        yield f"http://localhost:{server.server_port}"
-    finally:
-        server.shutdown()
-        server.server_close()
-
-
 def test_a_page_elsewhere_embeds_parameters(stage: Stage):
-    with site("") as origin:
-        shown = Shown("--allow-origin", origin, environment=stage.place.environment, folder=stage.folder)
-        token = re.search(r"with the token (\S+)", shown.process.stdout.readline() if shown.process.stdout else "")
-        page = stage.browser.new_page()
-        try:
-            assert token
-            page.goto(origin)
-            page.evaluate(
-                """([script, token]) => {
-                    const element = document.createElement("busflow-parameters");
-                    element.setAttribute("node", "/sensor_publisher");
-                    element.setAttribute("token", token);
-                    document.body.append(element);
-                    const tag = Object.assign(document.createElement("script"), {type: "module", src: script});
-                    document.head.append(tag);
-                }""",
-                [f"{shown.url}/components.js", token[1]],
-            )
-            page.locator("busflow-parameters .parameter", has_text="imu").first.wait_for()
-            assert page.locator("busflow-parameters .parameter").count() > 2
-        finally:
-            page.close()
-            shown.end()
+    with closing(stage.browser.new_page()) as page:
+        page.goto(stage.origin)
+        page.evaluate(
+            """([script, token]) => {
+                const element = document.createElement("busflow-parameters");
+                element.setAttribute("node", "/sensor_publisher");
+                element.setAttribute("token", token);
+                document.body.append(element);
+                const tag = Object.assign(document.createElement("script"), {type: "module", src: script});
+                document.head.append(tag);
+            }""",
+            [f"{stage.shown.url}/components.js", stage.looking],
+        )
+        page.locator("busflow-parameters .parameter", has_text="imu").first.wait_for()
+        assert page.locator("busflow-parameters .parameter").count() > 2
 
 
 def test_a_foreign_bridge_has_a_graph(stage: Stage, screenshot: Keep):

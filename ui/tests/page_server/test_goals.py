@@ -1,6 +1,7 @@
 """Goals that a page sends, through `busflow ui` itself, while a node with an action runs. Of `page_goals.py`."""
 
 import base64
+import re
 import uuid
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -52,7 +53,7 @@ def environment(stand: Callable[..., Any]) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def serving(show: Callable[..., Any], environment: dict[str, str]) -> Any:
-    return show(environment=environment)
+    return show("--allow-origin", "http://panel.lab:8080", environment=environment)
 
 
 @pytest.fixture
@@ -163,9 +164,10 @@ def test_what_is_no_goal_is_refused(page: Page, question: str, arguments: dict[s
     assert why in page.ask(question, **arguments)["error"]
 
 
-def test_a_page_that_looks_sends_no_goal(show: Callable[..., Any], environment: dict[str, str], page: Page):
+def test_a_page_that_looks_sends_no_goal(serving: Any, page: Page):
     goal_id = begun(page)
-    looking = show("--read-only", environment=environment).page()
+    (token,) = re.findall(r"with the token (\S+)", serving.process.stdout.readline())
+    looking = serving.page(token=token)
     looking.subscribe(f"{ACTION}/_action/status")
     wait_for_state(looking, goal_id, GoalState.EXECUTING)
     for question in ("send_goal", "cancel_goal"):
