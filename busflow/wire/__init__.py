@@ -9,10 +9,11 @@ and of messages read by the descriptions that the run offers.
   another process subscribes; large messages leave through the thread of a `sender`, so that a slow reader never holds
   up the loop. All of them work with one `connection`: bus, session, senders, log and the way onto the loop.
 - Large messages lie in memory that the processes of a machine share (`shared_memory`); what travels is their place.
+  Small ones that follow each other closely travel as one (`mirror/burst`).
 - `mirror/remote_publishers` admits publishers of other processes, as far as they fit, through one `inlet` a topic: a
-  ring that loses its oldest, a thread that drains it, and bursts that are published a few at a time as the nodes keep
-  up. `mirror/late_joiners` asks publishers for more kept messages, if a subscription wants more than the inlet asked
-  for.
+  ring that loses its oldest (`mirror/arrival_buffer`), a thread that waits for it to fill, and messages that are
+  published a few at a time as the nodes keep up. `mirror/late_joiners` asks publishers for more kept messages, if a
+  subscription wants more than the inlet asked for.
 - `client/client` joins a run: one of this machine (`zenoh/run_directory`), or one on others (`machines/remote`). The
   run passes on what two clients say to each other. `listener` and `speaker` are what echoes and publishes.
 - A publisher from outside waits until all processes know it (`settle`): one query after its token. Each process

@@ -26,13 +26,14 @@ from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
+from busflow.wire.mirror.arrival_buffer import ArrivalBuffer
 from busflow.wire.mirror.arrivals import Arrivals
+from busflow.wire.mirror.burst import Signed
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
 from busflow.wire.shared_memory.place import MemoryPlace
 from busflow.wire.shared_memory.reader import MemoryReader
 from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, GID_AT, SEQUENCE, Attachment, Token
 from busflow.wire.zenoh.qos_text import as_qos, from_text
-from busflow.wire.zenoh.sender import LARGE
 
 if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
@@ -47,9 +48,7 @@ _BULKY_RING = 16
 _MOST_RING = 4096
 """The largest number, for subscriptions with a large depth."""
 _BATCH = 8
-"""Number of messages that are published before the handlers run, if every queue has room for them. A large one ends
-the batch, so that it is handled while the processor has it at hand.
-"""
+"""Number of messages that are published before the handlers run, if every queue has room for them."""
 _PATIENCE_S = 5.0
 _LEAVE_DELAY_S = 0.05
 """Time before a publisher is removed after its token's end: its last messages may still be in the buffer."""
@@ -97,7 +96,8 @@ class Inlet:
         ring = zenoh.handlers.RingChannel(_ring(topic, support))
         self._subscriber: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
         self._late_joiners = LateJoiners(topic, key, self._publishers, connection, numbers=numbers, asked=latched)
-        self._arrivals: Any = self._subscriber.handler  # the subscriber could not be undeclared during its own recv()
+        # Its handler waits in its place: it could not be undeclared during its own recv().
+        self._buffer = ArrivalBuffer(self._subscriber.handler, self._skip)
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
 
@@ -185,7 +185,7 @@ class Inlet:
         """Wait for a message, then for the loop to empty the buffer, and so on; runs in the inlet's own thread."""
         try:
             while not self._closed:
-                self._on_loop(self._begin, self._arrivals.recv())
+                self._on_loop(self._begin, self._buffer.wait())
                 self._emptied.acquire()
         except zenoh.ZError:
             pass  # the subscriber was undeclared, which ends a waiting recv()
@@ -197,93 +197,77 @@ class Inlet:
 
     def _begin(self, first: zenoh.Sample) -> None:
         self._emptying = True
+        self._buffer.put(first)
+        self._go_on()
+
+    def _go_on(self) -> None:
         if self._topic.blocking:
             name = f"busflow.inlet.{self._topic.name}"
-            self._feeder = asyncio.get_running_loop().create_task(self._feed(first), name=name)
+            self._feeder = asyncio.get_running_loop().create_task(self._feed(), name=name)
         else:
-            self._take(first)
+            self._take()
 
-    def _take(self, sample: zenoh.Sample | None) -> None:
+    def _take(self) -> None:
         """Publish messages of the buffer for a limited time; the others wait until the loop has run other work."""
         dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
         room = min([_BATCH, *(each.endpoint.qos.depth for each in subscriptions)])
         started, handled = dispatcher.now(), 0
+        is_empty = False
         try:
-            while sample is not None:
-                batch, sample = self._next_batch(sample, room)
+            while batch := self._buffer.take(room):
                 handled += len(batch)
                 dispatcher.run_now(partial(self._publish, batch))
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
                     break  # a queue that is not empty now is read by a task, which needs the loop
+            else:
+                is_empty = True
         finally:  # if one message raises, the others are published all the same
-            if sample is None or self._closed:
+            if is_empty or self._closed:
                 self._resume_thread()
             else:
-                asyncio.get_running_loop().call_soon(self._begin, sample)
+                asyncio.get_running_loop().call_soon(self._go_on)
 
-    async def _feed(self, sample: zenoh.Sample | None) -> None:
+    async def _feed(self) -> None:
         """Publish as fast as the nodes accept messages; if that is too slow, the buffer drops its oldest."""
         try:
-            while sample is not None and not self._closed:
-                if (arrival := self._read(sample)) is not None:
-                    await self._send(*arrival)
+            while not self._closed and (batch := self._buffer.take(1)):
+                for payload, signature in batch:
+                    if (arrival := self._read(payload, signature)) is not None:
+                        await self._send(*arrival)
                 await asyncio.sleep(0)
-                sample = self._next()
         finally:
             self._feeder = None
             self._resume_thread()
 
-    def _next_batch(self, sample: zenoh.Sample | None, room: int) -> tuple[list[zenoh.Sample], zenoh.Sample | None]:
-        """Return as many samples as there is room for, and the one after them."""
-        found: list[zenoh.Sample] = []
-        receive, bulky = self._arrivals.try_recv, self._support.is_bulky
-        try:
-            while sample is not None and len(found) < room:
-                found.append(sample)
-                if bulky and _is_large(sample):
-                    room = len(found)
-                sample = receive()
-        except zenoh.ZError:  # the session is closed
-            sample = None
-        return found, sample
-
-    def _next(self) -> zenoh.Sample | None:
-        try:
-            return self._arrivals.try_recv()
-        except zenoh.ZError:
-            return None  # the session is closed
-
-    def _publish(self, batch: list[zenoh.Sample]) -> None:
+    def _publish(self, batch: list[Signed]) -> None:
         """Publish the messages of a batch; the handlers run after this returns.
 
         A plain publisher's message with the next number is published here; it takes 1 µs less than any other.
         """
         plain, sequences, decode = self._plain, self._numbers.last, self._support.decode
-        for sample in batch:
+        for payload, signature in batch:
             if self._closed:
                 return
-            attachment = sample.attachment
-            signature = b"" if attachment is None else attachment.to_bytes()
             publisher = plain.get(gid := signature[GID_AT:])
             if publisher is None:
-                self._publish_carefully(sample)
+                self._publish_carefully(payload, signature)
                 continue
             (sequence,) = SEQUENCE.unpack_from(signature)  # it has 33 bytes, else the gid would not be known
             if sequences.get(gid) != sequence - 1:
-                self._publish_carefully(sample)
+                self._publish_carefully(payload, signature)
                 continue
             sequences[gid] = sequence
             self.received += 1
             try:
-                publisher.publish(decode(sample.payload.to_bytes()))
+                publisher.publish(decode(payload))
             except MalformedMessage as error:
                 self._skip(error)
             except (WouldBlock, NotRunning) as error:  # the error cannot reach the remote publisher: it is only counted
                 self._refuse(error)
 
-    def _publish_carefully(self, sample: zenoh.Sample) -> None:
+    def _publish_carefully(self, payload: bytes, signature: bytes) -> None:
         """Publish a message of any publisher, after all checks."""
-        if (arrival := self._read(sample)) is not None:
+        if (arrival := self._read(payload, signature)) is not None:
             publisher, message = arrival
             try:
                 publisher.publish(message)
@@ -305,19 +289,17 @@ class Inlet:
         if self.losses["refused"] == 1:
             self._log.warning(f"a message on {self._topic.name} from another process is refused: {error}")
 
-    def _read(self, sample: zenoh.Sample) -> tuple[Publisher[Any], Message] | None:
-        """Return a sample's publisher and message; None if the message is not to be published."""
+    def _read(self, payload: bytes, signature: bytes) -> tuple[Publisher[Any], Message] | None:
+        """Return the publisher and the message; None if the message is not to be published."""
         self.received += 1
-        attachment = sample.attachment
-        signature = b"" if attachment is None else attachment.to_bytes()
         try:
             # A place may be overwritten soon, so it is read before anything else.
-            payload = self._fetched(signature) if len(signature) > ATTACHMENT_BYTES else sample.payload.to_bytes()
+            found = self._fetched(signature) if len(signature) > ATTACHMENT_BYTES else payload
             publisher = self._publisher_of(signature[:ATTACHMENT_BYTES])
             if publisher is None:
                 return None
-            if payload is not None:
-                return publisher, self._support.decode(payload)
+            if found is not None:
+                return publisher, self._support.decode(found)
             self.losses["lost"] += 1
         except MalformedMessage as error:
             self._skip(error)
@@ -376,11 +358,6 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
     qos = as_qos(from_text(token.qos), most_depth=_MOST_DEPTH)
     origin = f"{token.node_name} (another process)"
     return Endpoint(token.node_name, topic.name, topic.type, qos, origin, topic.name, remote=True)
-
-
-def _is_large(sample: zenoh.Sample) -> bool:
-    size = len(sample.payload)
-    return size >= LARGE or not size  # which is the place of one in shared memory
 
 
 def _ring(topic: Topic[Any], support: TypeSupport) -> int:

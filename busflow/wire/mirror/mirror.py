@@ -150,8 +150,9 @@ class Mirror:
             bus.on_attach.remove(self._on_attach)
             bus.on_detach.remove(self._on_detach)
         self._loop = None
-        for publisher in self._outlets:
+        for publisher, outlet in self._outlets.items():
             publisher.send_through(None)
+            outlet.flush()
         self._history.close()
         self._questions.close()
         self._session.close()  # this ends a waiting recv() or put()

@@ -18,9 +18,10 @@ from busflow.bus.qos import Reliability
 from busflow.bus.statistics import EARLY, UNSENT
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
+from busflow.wire.mirror.burst import BurstSender
 from busflow.wire.mirror.held_messages import HeldMessages
 from busflow.wire.shared_memory.writer import MemoryWriter
-from busflow.wire.zenoh.keys import Token, attachment_bytes, memory_key
+from busflow.wire.zenoh.keys import Token, attachment_bytes, burst_key, memory_key
 from busflow.wire.zenoh.sender import LARGE, LARGEST
 
 if TYPE_CHECKING:
@@ -64,6 +65,9 @@ class Outlet:
     """
 
     _zenoh_publisher: _ZenohPublisher | None  # None once the outlet is closed, while the sender may still hold messages
+    _places: zenoh.Publisher | None
+    """Sends the places of messages in shared memory."""
+    _burst_publisher: zenoh.Publisher | None
 
     def __init__(
         self,
@@ -101,13 +105,13 @@ class Outlet:
         self._encode_in_pieces: Callable[[Message], list[Any]] | None = None
         """Set with the first large message, if the type has arrays and the publisher keeps none of its messages."""
         self._memory = MemoryWriter(connection.arenas)
-        self._places: zenoh.Publisher | None = None
-        """Sends the places of messages in shared memory."""
+        self._places = self._burst_publisher = None
         if latched:
             self._zenoh_publisher = _latched(session, self._key, publisher, support)
             self._limit = 0 if support.is_bulky else LARGE
         else:
             self._zenoh_publisher = _plain(session, self._key, publisher, zenoh.Priority.DATA)
+        self._bursts = BurstSender(self._put, self._put_burst)
         self._zenoh_publishers: list[_ZenohPublisher] = [self._zenoh_publisher]
         self._token = session.liveliness().declare_token(str(token))
         if latched:
@@ -141,25 +145,31 @@ class Outlet:
             self._install()
 
     def share(self, sessions: Collection[str]) -> None:
-        """Use shared memory for large messages from now on, for these sessions; without any, use it no more."""
+        """Use shared memory for large messages from now on, and bursts for small ones; without sessions, neither."""
         self._memory.share(sessions)
+        self._bursts.is_allowed = bool(sessions) and not self._publisher.endpoint.qos.latched
 
     def follow(self, publisher: Publisher[Any]) -> None:
         """Send the messages of this publisher, which replaces the former one after a restart of its node."""
         self._publisher = publisher
         self._set_wanted(self._wanted)
 
+    def flush(self) -> None:
+        """Send what waits for the end of the loop's turn."""
+        self._bursts.flush()
+
     def close(self) -> None:
         """Undeclare the publisher."""
         if self._held is not None:
             self._end_hold(all_answered=False)
+        self.flush()
         self._closed = True
         self._publisher.send_through(None)
         self._token.undeclare()
         # The end of the references undeclares the Zenoh publishers without the interpreter's lock. `undeclare` of one
         # that keeps its messages holds the lock while it waits for a thread of Zenoh. If that thread needs the lock to
         # report listeners, both wait for ten seconds.
-        self._zenoh_publisher = self._places = None
+        self._zenoh_publisher = self._places = self._burst_publisher = None
         self._zenoh_publishers.clear()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
@@ -191,8 +201,9 @@ class Outlet:
         self.check_subscribers()
         messages = held.release()
         if self._wanted:
+            now_ns = self._clock.now_ns()
             for payload, attachment in messages:
-                self._pass_on(payload, attachment)
+                self._pass_on(payload, attachment, now_ns)
         missed = held.dropped if self._wanted or all_answered else held.dropped + len(messages)
         if missed:
             self._connection.bus.topics[self._publisher.topic].losses[EARLY] += missed
@@ -204,13 +215,14 @@ class Outlet:
         except MalformedMessage as error:
             self._refuse(error)
             return
-        attachment = attachment_bytes(self._publisher.published, self._clock.now_ns(), self._gid)
+        now_ns = self._clock.now_ns()
+        attachment = attachment_bytes(self._publisher.published, now_ns, self._gid)
         if self._room:
             if self._held is None:
                 self._held = HeldMessages(self._connection, self._room, self._end_hold)
             self._held.add(payload if isinstance(payload, bytes) else payload.joined, attachment)
         else:
-            self._pass_on(payload, attachment)
+            self._pass_on(payload, attachment, now_ns)
 
     def _encoded(self, message: Message) -> bytes | _Pieces:
         if self._encode_in_pieces is None:
@@ -232,7 +244,7 @@ class Outlet:
         if losses[UNSENT] == 1:
             self._log.warning(f"a message on {topic} cannot leave the process: {why}")
 
-    def _pass_on(self, payload: bytes | _Pieces, attachment: bytes) -> None:
+    def _pass_on(self, payload: bytes | _Pieces, attachment: bytes, now_ns: int) -> None:
         self.sent += 1
         if isinstance(payload, _Pieces):
             if self._sender.is_idle and self._memory.is_ready(payload.size):  # nothing to wait for or to overtake
@@ -240,8 +252,9 @@ class Outlet:
             else:
                 self._sender.hand(partial(self._put_pieces, payload, attachment), payload.size)
         elif len(payload) < self._limit:
-            self._put(payload, attachment)
+            self._bursts.send(payload, attachment, now_ns)
         else:
+            self._bursts.flush()
             self._use_lower_priority()
             self._sender.hand(partial(self._put, payload, attachment), len(payload))
 
@@ -263,6 +276,12 @@ class Outlet:
             self._put(payload.joined, attachment)
         else:
             self._put_by(self._places, b"", attachment + place.encode())
+
+    def _put_burst(self, payload: bytes, attachment: bytes) -> None:
+        if self._burst_publisher is None:
+            key, priority = burst_key(self._key), zenoh.Priority.DATA
+            self._burst_publisher = _plain(self._connection.session, key, self._publisher, priority)
+        self._put_by(self._burst_publisher, payload, attachment)
 
     def _put(self, payload: bytes, attachment: bytes) -> None:
         self._put_by(self._zenoh_publisher, payload, attachment)

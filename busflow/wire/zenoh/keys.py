@@ -181,6 +181,11 @@ def memory_key(topic_key: str) -> str:
     return f"{topic_key}/memory"
 
 
+def burst_key(topic_key: str) -> str:
+    """Return the key under which bursts of messages travel: only processes of a run receive it."""
+    return f"{topic_key}/burst"
+
+
 def dds_type(type_name: str) -> str:
     """Return the DDS spelling of a ROS type name.
 
