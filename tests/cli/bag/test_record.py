@@ -57,7 +57,7 @@ class TestLab:
             assert (bag.facts.seed, bag.facts.clock) == (0, "system")
             assert bag.ledger.report["name"] == "imu_lab"
             assert {channel.topic for channel in bag.channels} >= {"/imu/data", "/joint_states", "/balance_state"}
-            assert {each.topic: each.publishers for each in bag.channels}["/imu/data"] == "/imu_publisher"
+            assert {each.topic: each.publishers for each in bag.channels}["/imu/data"] == ("/imu_publisher",)
         assert [entry.sequence for entry in entries] == list(range(1, len(entries) + 1))
         imu = [each for each in entries if each.channel.topic == "/imu/data"]
         assert imu
