@@ -43,6 +43,11 @@ class MemoryWriter:
             if self._arena is not None:
                 self._arena.clear_marks(self._readers)
 
+    @property
+    def has_readers(self) -> bool:
+        """Whether messages are written at all."""
+        return bool(self._readers)
+
     def is_ready(self, size: int) -> bool:
         """Return whether a message of `size` bytes can be written without waiting for a reader."""
         arena = self._arena
