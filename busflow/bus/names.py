@@ -107,7 +107,11 @@ def check_node_name(name: str) -> str:
 
 
 def is_hidden(name: str) -> bool:
-    """Return whether a part of the name starts with `_`; listings omit such names by default."""
+    """Return whether a part of the name starts with `_`; listings omit such names by default.
+
+    >>> is_hidden("/_busflow_cli_7"), is_hidden("/left/imu_data")
+    (True, False)
+    """
     return any(part.startswith("_") for part in name.split("/"))
 
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from busflow.wire.client.speaker import Speaker
 
 _HOMES = {
-    "bus.names": ("check_full_topic_name", "full_topic_name_fault"),
+    "bus.names": ("check_full_topic_name", "full_topic_name_fault", "is_hidden"),
     "bus.patterns": ("Selection",),
     "cli.doctor": ("problems_in",),
     "cli.log": ("kept_lines", "set_log_level"),

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.bus.names import is_hidden
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_nodes, joined, joins
 from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.table import Column, print_table, print_text
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import printable
-from busflow.wire.client.graph_view import LOGGER_SERVICES, is_hidden
+from busflow.wire.client.graph_view import LOGGER_SERVICES
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from ipaddress import ip_address
 from typing import TYPE_CHECKING, Any
 
+from busflow.bus.names import is_hidden
 from busflow.errors import Problem, Severity
 from busflow.text import counted, printable
-from busflow.wire.client.graph_view import is_hidden
 from busflow.wire.zenoh.keys import TokenKind
 
 if TYPE_CHECKING:

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS, action_of, action_type_of
+from busflow.bus.names import is_hidden
 from busflow.errors import ActionGone, ActionUnavailable, GoalCanceled, GoalRejected, NoSuchTarget
 from busflow.interfaces.encoding.description import assemble, rihs01, types_in
 from busflow.text import did_you_mean, printable
-from busflow.wire.client.graph_view import TopicView, is_hidden
+from busflow.wire.client.graph_view import TopicView
 from busflow.wire.client.known_type import known_service, known_type
 from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, REMARKS, Attachment
 

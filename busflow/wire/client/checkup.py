@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from busflow.bus.endpoint import UNANNOUNCED
+from busflow.bus.names import is_hidden
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.bus.statistics import EARLY, OUTGOING, UNSENT
 from busflow.errors import MalformedMessage, Problem, Severity
 from busflow.text import counted, did_you_mean
-from busflow.wire.client.graph_view import EndView, GraphView, TopicView, is_hidden
+from busflow.wire.client.graph_view import EndView, GraphView, TopicView
 from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import as_qos, from_text
 

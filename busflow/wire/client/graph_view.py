@@ -10,13 +10,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from busflow.bus.names import is_hidden
 from busflow.errors import MalformedMessage, NoSuchTarget
 from busflow.text import did_you_mean, printable
 from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import WireQoS, from_text
-
-HIDDEN = "_"
-"""A name, or a part of one, with this prefix is shown only on request, as in ROS 2."""
 
 LOGGER_SERVICES = frozenset(f"rcl_interfaces/srv/{verb}LoggerLevels" for verb in ("Get", "Set"))
 """The types of the services for log levels, which every node has, and which are listed only on request."""
@@ -152,15 +150,6 @@ def _qos(token: Token) -> WireQoS:
         return from_text(token.qos)
     except MalformedMessage:
         return WireQoS()
-
-
-def is_hidden(name: str) -> bool:
-    """Whether a part of the name begins with an underscore.
-
-    >>> is_hidden("/_busflow_cli_7"), is_hidden("/left/imu_data")
-    (True, False)
-    """
-    return any(part.startswith(HIDDEN) for part in name.split("/"))
 
 
 class _Answers:

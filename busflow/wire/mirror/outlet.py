@@ -56,7 +56,7 @@ class Outlet:
     The event loop sends small messages with Zenoh's usual priority. With its first large message an outlet changes to
     the next lower priority, which only the sender's thread uses, and keeps it for all later messages, so that they stay
     in order. Zenoh sends the higher priority first, and the loop never waits behind a message of many pieces. From then
-    on messages are encoded in pieces while all subscribers can read shared memory: their arrays are copied once, into it.
+    on messages are encoded in pieces while all subscribers can read shared memory: arrays are copied once, into it.
 
     A process opens its inlet when it sees a topic's first publisher. So the outlet holds the first messages of a new
     publisher, and those published after the topic's first subscription has come, until every process has admitted the

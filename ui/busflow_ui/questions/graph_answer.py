@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from busflow.cli.commands import is_hidden
+
 if TYPE_CHECKING:
     from busflow.cli.commands import EndView, GraphView, NodeView, TopicView
 
@@ -132,12 +134,11 @@ def _service(service: TopicView, processes: Sequence[Mapping[str, Any]]) -> dict
     clients = [line for each in lines for line in each["clients"]]
     name = service.name.removesuffix(_SEND_GOAL)
     is_action = name != service.name
-    hidden = any(part.startswith("_") for part in name.split("/"))
     return {
         "name": name,
         "type": service.type.removesuffix("_SendGoal") if is_action else service.type,
         "is_action": is_action,
-        "hidden": hidden or service.type.startswith("rcl_interfaces/srv/"),
+        "hidden": is_hidden(name) or service.type.startswith("rcl_interfaces/srv/"),
         "servers": servers or [{"node": end.node} for end in service.publishers],
         "clients": clients or [{"node": end.node} for end in service.subscriptions],
     }

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
+from busflow.cli.commands import is_hidden
 from busflow.clock import NS_PER_S
 from busflow.errors import BagError, MalformedMessage
-from busflow_ui.recordings.recording import is_hidden
 
 if TYPE_CHECKING:
     from busflow_ui.recordings.recording import RecordedTopic, Recording

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from busflow.cli.commands import is_hidden
 from busflow.errors import BagError, InvalidInput, Problem
 from busflow.text import printable
 
@@ -115,11 +116,6 @@ def opened(path: Path) -> Recording:
     except (BagError, InvalidInput):
         bag.close()
         raise
-
-
-def is_hidden(name: str) -> bool:
-    """Return whether a name is shown only on request."""
-    return any(part.startswith("_") for part in name.split("/"))
 
 
 def is_offered(name: str) -> bool:
