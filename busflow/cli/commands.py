@@ -7,7 +7,7 @@ that a command's `--help` costs nothing.
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from busflow.bus.names import check_full_topic_name, full_topic_name_fault
+    from busflow.bus.names import check_full_topic_name, full_topic_name_fault, is_hidden
     from busflow.bus.patterns import Selection
     from busflow.cli.doctor import problems_in
     from busflow.cli.log import kept_lines, set_log_level
@@ -108,6 +108,7 @@ __all__ = [
     "decode_json",
     "finite",
     "full_topic_name_fault",
+    "is_hidden",
     "joined",
     "joins",
     "kept_lines",
