@@ -3,8 +3,7 @@
 A run writes ROS 2's types under the keys of `rmw_zenoh`, so its Zenoh session is all that nodes of ROS 2 need: `router`
 finds out whether the machine has the router that they look for, and else lets the run stand in for it. When a router
 that the run has joined ends, the run takes its place (`successor`). What may pass is decided by Zenoh's access control
-(`wire/zenoh/access`). A run that lets none in imports nothing of this package but
-this module.
+(`wire/zenoh/access`). A run that lets none in imports nothing of this package but this module.
 """
 
 from __future__ import annotations

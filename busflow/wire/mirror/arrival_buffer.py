@@ -48,7 +48,7 @@ class ArrivalBuffer:
     def take(self, most: int) -> list[Signed]:
         """Remove and return up to `most` messages, the oldest first; none if no more have arrived.
 
-        A large message that comes out of the ring is the last of them: it is handled while the processor has it at hand.
+        A large message that comes out of the ring is the last: it is handled while the processor has it at hand.
         """
         messages, receive = self._messages, self._ring.try_recv
         try:
