@@ -171,6 +171,13 @@ class Run:
             self._arrived.wait_for(lambda: not self._open or count() >= times, timeout=PATIENCE_S)
         assert count() >= times, (texts, "".join(self.lines))
 
+    def wait_for_more(self, event: str, *nodes: str, times: int) -> None:
+        """Wait until each of these nodes has logged an event so often again."""
+        texts = {node: (f'"{event}"', f'"/{node}"') for node in nodes}
+        before = {node: sum(all(each in line for each in texts[node]) for line in self.lines) for node in nodes}
+        for node in nodes:
+            self.wait_for(*texts[node], times=before[node] + times)
+
     def log(self) -> list[dict[str, Any]]:
         """The lines of the log so far."""
         return [json.loads(line) for line in self.lines if line.startswith("{")]

@@ -46,9 +46,7 @@ nodes:
 
 def heard(run, *nodes, times=1):
     """Wait until each of these nodes has logged so often again that it has heard 2,000 numbers."""
-    before = {node: sum('"heard"' in line and f'"/{node}"' in line for line in run.lines) for node in nodes}
-    for node in nodes:
-        run.wait_for('"heard"', f'"/{node}"', times=before[node] + times)
+    run.wait_for_more("heard", *nodes, times=times)
 
 
 @pytest.mark.long

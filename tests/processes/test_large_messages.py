@@ -65,9 +65,7 @@ nodes:
 
 def seen(run, *nodes, times=2):
     """Wait until each of these viewers has logged so often again that it has seen images."""
-    before = {node: sum('"seen"' in line and f'"/{node}"' in line for line in run.lines) for node in nodes}
-    for node in nodes:
-        run.wait_for('"seen"', f'"/{node}"', times=before[node] + times)
+    run.wait_for_more("seen", *nodes, times=times)
 
 
 def command(run, *words):
