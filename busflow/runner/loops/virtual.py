@@ -360,6 +360,8 @@ class _Selector(selectors.DefaultSelector):
 def _waits_for_the_loop(thread: threading.Thread) -> bool:
     """Return whether a worker waits in `anyio.from_thread`: the loop's answer may need virtual time to pass."""
     frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001 - documented in spite of its name
+    if frame is None or frame.f_code is not threading.Condition.wait.__code__:
+        return False  # a thread that runs leaves its frames while they are looked at
     home = getattr(sys.modules.get("anyio.from_thread"), "__file__", None)
     while frame is not None and frame.f_code.co_filename != home:
         frame = frame.f_back
