@@ -19,9 +19,9 @@ def all_is_carried_afterwards(stage):
     yield
     other = stage.peer()
     other.do("advertise", topic="rt/command", kind="Float64", latched=True)
+    before = len(stage.robot.lines)
     other.do("write", topic="rt/command", value=9.5)
-    before = sum("command 9.5" in line for line in stage.robot.lines)
-    stage.robot.wait_for(lambda _: sum("command 9.5" in line for line in stage.robot.lines) > before)
+    stage.robot.wait_for("command 9.5", after=before)
     assert stage.bridge.process.poll() is None
     assert stage.robot.process.poll() is None
 
