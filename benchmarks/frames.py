@@ -21,8 +21,8 @@ from busflow.bus.bus import Bus
 from busflow.clock import NS_PER_S
 from busflow.description.robot import MOVES
 from busflow.description.robot_state_publisher import RobotStatePublisher
+from busflow.frames.declarations import Frames
 from busflow.frames.shared import SharedFrames
-from busflow.frames.words import Frames
 from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from busflow.msgs.sensor_msgs import JointState

@@ -58,8 +58,8 @@ if TYPE_CHECKING:
     from busflow.errors import TransformTooOld as TransformTooOld
     from busflow.errors import UnknownFrame as UnknownFrame
     from busflow.errors import WouldBlock as WouldBlock
-    from busflow.frames.words import Frames as Frames
-    from busflow.frames.words import transforms as transforms
+    from busflow.frames.declarations import Frames as Frames
+    from busflow.frames.declarations import transforms as transforms
     from busflow.interfaces.action import ActionType as ActionType
     from busflow.interfaces.message import Length as Length
     from busflow.interfaces.message import Message as Message
@@ -76,9 +76,9 @@ if TYPE_CHECKING:
     from busflow.node.parameters import ReadOnly as ReadOnly
     from busflow.node.supervision import RestartPolicy as RestartPolicy
     from busflow.node.supervision import supervised as supervised
+    from busflow.pairing.declarations import synchronized as synchronized
     from busflow.pairing.members import Unpaired as Unpaired
     from busflow.pairing.subscriptions import subscription as subscription
-    from busflow.pairing.words import synchronized as synchronized
     from busflow.program import launch as launch
     from busflow.program import run as run
     from busflow.runner.graph import Graph as Graph
@@ -98,7 +98,7 @@ _HOMES = {
     "DeadlockError": "errors",
     "Durability": "bus.qos",
     "Duration": "clock",
-    "Frames": "frames.words",
+    "Frames": "frames.declarations",
     "FramesNotConnected": "errors",
     "GoalAborted": "errors",
     "GoalCanceled": "errors",
@@ -156,10 +156,10 @@ _HOMES = {
     "service": "node.handlers",
     "subscription": "pairing.subscriptions",
     "supervised": "node.supervision",
-    "synchronized": "pairing.words",
+    "synchronized": "pairing.declarations",
     "take": "interfaces.message",
     "timer": "node.declarations",
-    "transforms": "frames.words",
+    "transforms": "frames.declarations",
 }
 
 __all__ = [

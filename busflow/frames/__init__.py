@@ -8,7 +8,7 @@ Draws nothing and reads no recording: `busflow tf` does. The wire form is ROS 2'
 - `shared`: one tree for each process and pair of topics, in `Bus.shared`. It takes in a message once, as it is
   published, before any queue; the subscriptions of the nodes bring the messages of other processes, and show up in
   graphs and ledgers. A lookup that must wait hangs on the one edge that lags.
-- `words`: `transforms()`, and what a node has in its place.
+- `declarations`: `transforms()`, and what a node has in its place.
 - `moving`: the stamped messages that `apply` takes to another frame.
 - `static_frames`: the node behind `frames:` of a launch file.
 """

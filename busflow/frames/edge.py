@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from enum import Enum
+from enum import Enum, auto
 
 from busflow.clock import NS_PER_S
 from busflow.frames.rigid import Rigid, between
@@ -16,11 +16,17 @@ _DISORDER_NS = NS_PER_S
 """How much older than the newest a transform may be and still only be late; beyond, time was set back."""
 
 
-class Missing(Enum):
-    """Why an edge has no transform for a time."""
+class Lack(Enum):
+    """Why there is no transform."""
 
-    OLD = "older than what is kept"
-    EARLY = "newer than what has come"
+    UNKNOWN = auto()
+    """No edge names the frame."""
+    APART = auto()
+    """The frames are in two trees."""
+    OLD = auto()
+    """The time is before the transforms that an edge keeps."""
+    EARLY = auto()
+    """The time is after the transforms that have come."""
 
 
 class Edge:
@@ -89,18 +95,18 @@ class Edge:
         span_ns = self.stamps[-1] - self.stamps[self._first] if count > 1 else 0
         return (count - 1) * NS_PER_S / span_ns if span_ns else None
 
-    def at(self, stamp_ns: int) -> Rigid | Missing:
+    def at(self, stamp_ns: int) -> Rigid | Lack:
         """Return its transform at a time: stated, or interpolated between the two around it."""
         if self.fixed is not None:
             return self.fixed
         stamps, rigids = self.stamps, self.rigids
         index = bisect_left(stamps, stamp_ns, self._first)
         if index == len(stamps):
-            return Missing.EARLY
+            return Lack.EARLY
         after = stamps[index]
         if after == stamp_ns:
             return rigids[index]
         if index == self._first:
-            return Missing.OLD
+            return Lack.OLD
         before = stamps[index - 1]
         return between(rigids[index - 1], rigids[index], (stamp_ns - before) / (after - before))

@@ -1,4 +1,4 @@
-"""SeenFrames: the frames that an onlooker has seen on a run's topics or in a recording, and what is wrong with them."""
+"""SeenFrames: the frames that a client has seen on a run's topics or in a recording, and what is wrong with them."""
 
 from __future__ import annotations
 

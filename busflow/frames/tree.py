@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from enum import Enum, auto
 
 from busflow.clock import NS_PER_S
 from busflow.errors import (
@@ -19,22 +18,13 @@ from busflow.errors import (
     TransformTooOld,
     UnknownFrame,
 )
-from busflow.frames.edge import KEPT_NS, Edge, Missing
+from busflow.frames.edge import KEPT_NS, Edge, Lack
 from busflow.frames.rigid import IDENTITY, Rigid, inverse, multiply, unit
 from busflow.text import did_you_mean, printable
 
 MOST_FRAMES = 10_000
 """The most edges of a tree: a publisher that invents names must not take all memory."""
 _NONE_YET = "no transform has come yet: start what publishes them, or state fixed ones in the launch file under frames:"
-
-
-class Lack(Enum):
-    """Why there is no transform."""
-
-    UNKNOWN = auto()
-    APART = auto()
-    OLD = auto()
-    EARLY = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,9 +253,8 @@ def _product(edges: Sequence[Edge], stamp_ns: int) -> Rigid | Gap:
     product = IDENTITY
     for edge in edges:
         part = edge.fixed or edge.at(stamp_ns)
-        if isinstance(part, Missing):
-            lack = Lack.OLD if part is Missing.OLD else Lack.EARLY
-            return Gap(lack, (edge.parent, edge.child), stamp_ns)
+        if isinstance(part, Lack):
+            return Gap(part, (edge.parent, edge.child), stamp_ns)
         product = part if product is IDENTITY else multiply(part, product)
     return product
 

@@ -14,7 +14,7 @@ from busflow.bus.failure import is_failure, refuse_coroutine
 from busflow.bus.qos import QoS
 from busflow.clock import Clock, Time
 from busflow.errors import InvalidDeclaration, TransformError
-from busflow.frames.words import Frames
+from busflow.frames.declarations import Frames
 from busflow.interfaces.message import Message
 from busflow.node.declarations import ComposedDeclaration
 from busflow.node.handlers import Handler, SubscriptionRole

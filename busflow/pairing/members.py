@@ -31,7 +31,7 @@ class Unpaired(Event):
 
 
 class Serving(Protocol):
-    """What takes the messages of members to a handler."""
+    """Hands the messages of members to a handler."""
 
     def serve(self, limit: int) -> int:
         """Hand over up to `limit` groups of messages, and return how many."""

@@ -1,4 +1,4 @@
-"""`subscription`: the node's word, and what it takes beside: a frame in which its messages can be expressed."""
+"""`subscription`: receives a topic; with `in_frame=` its messages wait for the transform to a frame."""
 
 from __future__ import annotations
 

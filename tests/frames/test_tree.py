@@ -18,9 +18,9 @@ from busflow.errors import (
     TransformTooOld,
     UnknownFrame,
 )
-from busflow.frames.edge import KEPT_NS, MOST, Edge, Missing
+from busflow.frames.edge import KEPT_NS, MOST, Edge, Lack
 from busflow.frames.rigid import IDENTITY, between, from_rpy, inverse, multiply, rotate, unit
-from busflow.frames.tree import MOST_FRAMES, FrameTree, Gap, Lack
+from busflow.frames.tree import MOST_FRAMES, FrameTree, Gap
 
 S = 1_000_000_000
 HERE = (1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0)
@@ -183,7 +183,7 @@ def test_ring_keeps_ten_seconds_and_no_more():
         edge.add(number * S // 100, HERE)
     assert edge.newest_ns - edge.oldest_ns == KEPT_NS
     assert len(edge.stamps) <= edge.count + MOST + 1
-    assert edge.at(edge.oldest_ns - 1) is Missing.OLD
+    assert edge.at(edge.oldest_ns - 1) is Lack.OLD
     assert edge.rate_hz == pytest.approx(100)
 
 
