@@ -27,12 +27,12 @@ _ANY = re.compile(r"\w+", re.ASCII)
 
 
 class ReportProblem(Protocol):
-    """What takes note of a problem; the column counts from 0."""
+    """A function that records a problem; the column counts from 0."""
 
     def __call__(
         self, code: str, message: str, line: Line, column: int, fix: str | None = None, width: int = 1
     ) -> None:
-        """Note the problem."""
+        """Record the problem."""
         ...
 
 
@@ -103,7 +103,7 @@ class Declarations:
             self._declared.append(_Declared(made, above, self._open))
 
     def _has_name(self, line: Line, type_: Word) -> bool:
-        """ReportProblem what is wrong with the name; return whether the declaration can be used."""
+        """Report what is wrong with the name; return whether the declaration can be used."""
         name, kind = line.name, "field" if line.equals is None else "constant"
         if name is None:
             column = type_.column + len(type_.text)

@@ -27,7 +27,7 @@ class Library:
     """
 
     def __init__(self, folders: Iterable[Path] = (), find: Callable[[], Iterable[Path]] = tuple) -> None:
-        """Return the library of these folders, and of those that `find` returns when a type is first asked for."""
+        """Create the library of these folders, and of those that `find` returns when a type is first asked for."""
         self._folders, self._find = tuple(folders), find
         self._definitions: dict[str, TypeDefinition] = {}
 
