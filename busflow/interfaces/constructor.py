@@ -1,8 +1,8 @@
-"""The constructors of message classes, each written for its class, so that plain values need no detour.
+"""Constructors of message classes, each generated for its class.
 
-To make a message of values that already are what it will hold, it is enough to see that they are: that takes half the
-time of pydantic's general way. A value that has to be converted is, one by one. Whatever is not taken here goes
-pydantic's way, which says what is wrong with it: both ways accept the same and make the same message.
+For values that already have the right types, a check of these types is enough: that takes half the time of pydantic's
+general way. Other values are converted one by one. A value that is not accepted here goes to pydantic, whose error says
+what is wrong with it. Both ways accept the same values and make the same message.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MISSING: Any = object()
 
 
 def fill(message: BaseModel, data: Mapping[str, Any]) -> None:
-    """Make a new message hold `data`, pydantic's way.
+    """Set the fields of a new message to `data`, which pydantic checks.
 
     Raises:
         InvalidMessage: with everything that is wrong with `data`.
@@ -42,7 +42,7 @@ def fill(message: BaseModel, data: Mapping[str, Any]) -> None:
 
 
 def fill_with(message: BaseModel, /, *values: object, **data: Any) -> None:
-    """Return the constructor of a class that has rules of its own, or fields that ROS cannot describe."""
+    """Construct a message of a class that has rules of its own, or fields that ROS cannot describe."""
     if values:
         refuse_nameless(message, values)
     fill(message, data)

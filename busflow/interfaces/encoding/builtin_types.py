@@ -33,7 +33,7 @@ class BuiltinTypes:
     """The built-in types by full name."""
 
     def __init__(self, data: Mapping[str, Any]) -> None:
-        """Return the types that the build hook wrote."""
+        """Take the types from the data that the build hook wrote."""
         self._types: Mapping[str, IndividualDescription] = data["types"]
         self._comments: Mapping[str, Mapping[str, Any]] = data["comments"]
         self.messages: list[str] = sorted(name for name in self._types if "/msg/" in name)

@@ -1,13 +1,13 @@
 """Decoding: the function that turns CDR of one byte order into messages of one class.
 
-It is written for the class, as its counterpart in `encoding.py`. What it reads has the type and range that the field
-wants, so that messages are put together without being checked again; classes with rules of their own are constructed
-as if by hand. Which bytes are a message is said in `plain_reader.py`. Here they are refused just as well, yet without a
-reason: that one is found afterwards, by reading once more.
+It is generated for the class, as its counterpart in `cdr_encoder.py`. The values that it reads have the type and range
+of their fields, so messages are built without another check; those of classes with rules of their own are constructed
+as usual. `plain_reader.py` says which bytes are a message. The function refuses the same bytes, but without a reason:
+that is found by reading them once more.
 
 Sequences of numbers are read-only arrays, views of the message's bytes: no copy of an image or a point cloud is made.
-Numbers of 8 bytes alone are copied, for the header puts them 4 bytes off their alignment, where each operation on them
-takes longer by what the copy costs, and where code in C may not expect them at all.
+Only numbers of 8 bytes are copied: the header puts them 4 bytes off their alignment, where each operation on them takes
+longer by what the copy costs, and where code in C may not accept them.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def decoder(
 ) -> Callable[[Any], Message]:
     """Return the function that decodes messages of `cls` in the byte order "little" or "big".
 
-    What is no `bytes`, or has not the header of this order, goes to `other`; `explain` makes the error that is raised
-    for a message that cannot be read.
+    Anything but `bytes` with the header of this order goes to `other`; `explain` makes the error that is raised for a
+    message that cannot be read.
     """
     return _Decoder(cls, order).function(other, explain)
 
@@ -177,7 +177,7 @@ class _Decoder:
     def _numbers(self, base: str, count: str, *, fixed: bool) -> str:
         source, give, size = self._source, self._source.give, PRIMITIVES[base].size
         self._unpack()
-        if size == 8 or fixed:  # else the length before it has brought it into line
+        if size == 8 or fixed:  # else the length before it has aligned it
             gap = f"({HEADER_SIZE} - {self._offset}) % {size}"
             source.add(f"start = {self._offset} + {gap} if {count} else {self._offset}")
         else:
@@ -284,9 +284,9 @@ def _texts_decoder(
 ) -> Callable[[bytes, int, int], tuple[tuple[str, ...], int]]:
     """Return a function that decodes a number of texts, and returns them with the offset behind them.
 
-    It knows those of the message before, for the names of joints stay the same: equal bytes are equal texts.
+    It keeps those of the message before, because the names of joints stay the same: equal bytes are equal texts.
     """
-    known: tuple[int, bytes, tuple[str, ...]] = (0, b"", ())  # in one, for other threads decode too
+    known: tuple[int, bytes, tuple[str, ...]] = (0, b"", ())  # one tuple, because other threads decode too
 
     def decode(data: bytes, offset: int, count: int) -> tuple[tuple[str, ...], int]:
         nonlocal known

@@ -1,7 +1,7 @@
 """Encoding: the function that turns messages of one class into little-endian CDR.
 
-It is written for the class: one `struct` format packs all values of fixed size up to the next text or sequence, arrays
-go into the message in one copy, and the parts are joined once.
+It is generated for the class: one `struct` format packs all values of fixed size up to the next text or sequence,
+arrays go into the message in one copy, and the parts are joined once.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ class _Encoder:
         """Encode several texts in a loop, which relies on each length being aligned."""
         source, texts = self._source, self._source.new("texts")
         self._pack()
-        if fixed:  # else the length before it has brought it into line
+        if fixed:  # else the length before it has aligned it
             self._align(4, name)
         source.add(f"{texts} = {source.give(_texts_encoder())}({name})")
         self._parts.append(texts)
@@ -159,7 +159,7 @@ class _Encoder:
         if field.array is not ArrayKind.FIXED:
             self._scalar("I", 4, count)
         self._pack()
-        if size == 8 or field.array is ArrayKind.FIXED:  # else the length before it has brought it into line
+        if size == 8 or field.array is ArrayKind.FIXED:  # else the length before it has aligned it
             self._align(size, count)
         # Of a large array, the bytes are copied when all is joined, and only then.
         large = f"{count} > {SMALL} and {name}.flags.c_contiguous"
@@ -231,7 +231,7 @@ class _Encoder:
 
 def _texts_encoder() -> Callable[[Sequence[str]], bytes]:
     """Return a function that encodes the texts of a field and caches the last result: names of joints stay the same."""
-    known: tuple[Sequence[str], bytes] = ((), b"")  # in one, for other threads encode too
+    known: tuple[Sequence[str], bytes] = ((), b"")  # one tuple, because other threads encode too
 
     def encode(texts: Sequence[str]) -> bytes:
         nonlocal known
