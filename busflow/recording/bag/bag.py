@@ -1,7 +1,7 @@
-"""`Bag`: a recording that is read: an MCAP file, a directory of rosbag2 with the files of one, or of several processes.
+"""`Bag`: a recording to read: an MCAP file, or a directory of rosbag2 with the files of one process or of several.
 
-What can be read of it is served, in the order in which it was recorded; where the recording is damaged, or just ends,
-`damage` says so afterwards. Nothing is held in memory but one chunk of each process at a time.
+It yields everything that can be read, in the order of recording. If the recording is damaged or cut off, `damage` says
+afterwards where and why. Memory holds one chunk of each process at a time.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NUMBER = re.compile(r"_\d+(?=\.mcap$)")
 class Bag:
     """A recording, opened for reading.
 
-    Only its beginning and its end are read until a caller asks for something that stands in the messages.
+    Only its beginning and its end are read until a caller asks for something that needs the messages.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -44,14 +44,14 @@ class Bag:
         self.unfinished: BagError | None = None
         """The reason why the bag itself, not one of its files, is known to be unfinished."""
         self.report: Mapping[str, object] = {}
-        """The account of a run of several processes, of whom each file has only one's own."""
+        """The report of a run of several processes; each file has only that of its own process."""
         self._kept_open = ExitStack()
         self._open()
         self.series: tuple[Series, ...] = self._grouped()
         """Its files, in groups whose messages were numbered together: one, or one of each process and life."""
 
     def close(self) -> None:
-        """Let go of it: of MCAP, files are open only while they are read."""
+        """Close it; MCAP files are open only while they are read."""
         self._kept_open.close()
 
     def __enter__(self) -> Self:
@@ -123,7 +123,7 @@ class Bag:
     ) -> Generator[Entry]:
         """Its messages in the order in which they were recorded, up to where it is damaged.
 
-        A file is open from the first of them to the last; who ends sooner closes this.
+        A file is open from the first of them to the last; a caller that stops earlier closes the generator.
 
         Args:
             topics: Only those on these topics, or of channels for which this is true.
@@ -188,10 +188,10 @@ class Bag:
         self.files = tuple(self._kept_open.enter_context(closing(RosbagsFile(*part))) for part in parts)
 
     def _files(self, paths: Sequence[Path]) -> tuple[BagFile, ...]:
-        """The files of a directory; one of a process that was killed before it had recorded anything may be none.
+        """Return the files of a directory; that of a process killed before it recorded anything may be no recording.
 
         Raises:
-            BagError: One is none, and is needed to go on with the others.
+            BagError: One is no recording, and the others cannot be read without it.
         """
         files: list[BagFile] = []
         refused: BagError | None = None

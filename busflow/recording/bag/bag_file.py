@@ -17,14 +17,14 @@ SINCE, UNTIL = 0, (1 << 64) - 1
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """The contents of a bag, or of some of its files: as a summary states them, or as reading has shown."""
+    """Counts and times of a bag, or of some of its files: as a summary states them, or as reading has shown."""
 
     counts: Mapping[Channel, int]
     start_ns: int | None
     """None where there is no message."""
     end_ns: int | None
     gaps: int = 0
-    """Messages that were numbered and are not there, as far as all was read."""
+    """Numbers without a message; known once all was read."""
 
     @property
     def messages(self) -> int:
@@ -72,7 +72,7 @@ class BagFile(Protocol):
         ...
 
     def walk(self, wanted: Callable[[Channel], bool], since_ns: int = SINCE, until_ns: int = UNTIL) -> Iterator[object]:
-        """The messages, as entries, and whatever else there is between them.
+        """Yield the messages, as entries, and the other records between them.
 
         Raises:
             BagError: The file is damaged here, or ends without having been finished.

@@ -20,7 +20,7 @@ _ROS1 = "ros1"
 
 @dataclass(frozen=True)
 class Channel:
-    """A topic of a bag. Two are the same when all but their counts is."""
+    """A topic of a bag. Two are equal if all but their counts and publishers is."""
 
     topic: str
     type_name: str
@@ -123,14 +123,14 @@ class Entry(NamedTuple):
 
     channel: Channel
     sequence: int
-    """Its number: in what busflow records that of all messages, elsewhere what the recorder took it for."""
+    """Its number: in a recording of busflow counted over all messages, elsewhere as the recorder chose it."""
     log_time_ns: int
     publish_time_ns: int
     payload: bytes
 
 
 def unreadable(channels: Collection[Channel], fault: Callable[[Channel], BagError | None]) -> dict[Channel, BagError]:
-    """Return the reason for each channel that is of no use, by what `fault` returns.
+    """Return the channels that are of no use, each with the reason that `fault` returns.
 
     Raises:
         BagError: There are channels, and none is of use.

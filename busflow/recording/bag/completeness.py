@@ -1,4 +1,4 @@
-"""Completeness: what is missing in a recording, by what its recorder said in the end and what is there."""
+"""Completeness: what is missing in a recording, by its recorder's account at the end and by its messages."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class Shortfall(NamedTuple):
-    """One reason for which a recording is not the whole of what happened."""
+    """One reason why a recording is incomplete."""
 
     code: str
-    """A stable word: unfinished, missed, sequence; or ledger, where it says otherwise than what is there."""
+    """A stable word: unfinished, missed, sequence; or ledger, if the account differs from the messages."""
     text: str
 
 
@@ -23,10 +23,10 @@ def shortfalls(ledger: RunOutcome | None, *, unfinished: bool, gaps: int, there:
     """Everything that is missing in what busflow has recorded.
 
     Args:
-        ledger: What the recorder said in the end; None where it did not come to that.
+        ledger: The recorder's account at the end; None if it wrote none.
         unfinished: True if it was reported already that a file has no end.
-        gaps: Messages that were numbered and are not there; 0 where that is not known, or was reported.
-        there: Messages that are there.
+        gaps: Numbers without a message; 0 where that is not known, or was reported.
+        there: The number of messages that are there.
     """
     if ledger is None:
         if not unfinished:

@@ -21,7 +21,7 @@ LAUNCH_FILE = "launch.yaml"
 """The name of the attachment."""
 
 LATER_PUBLISHERS = "later_publishers"
-"""The word of the ledger for the nodes, by topic, that published later than a channel says; left out without any."""
+"""The key in the ledger of the nodes, by topic, that came after their channel was written; left out if none did."""
 
 NONE_LATER: Mapping[str, Sequence[str]] = {}
 
@@ -54,8 +54,8 @@ class Facts:
 class BagPart:
     """The place of a file among the parts of a recording that was split.
 
-    Repeats are the latched messages of earlier parts, which stand first in each, numbered 0: a reader of all parts
-    passes over them.
+    Repeats are the latched messages of earlier parts. They come first in each part, with the number 0; a reader of all
+    parts skips them.
     """
 
     number: int
@@ -133,13 +133,13 @@ def part_of(metadata: Mapping[str, str]) -> BagPart:
 
 
 def later_publishers(metadata: Mapping[str, str]) -> Mapping[str, Sequence[str]]:
-    """The nodes, by topic, in a ledger's metadata that published later than a channel says."""
+    """Return the nodes, by topic, that came after their channel was written, from a ledger's metadata."""
     found = json_object(metadata.get(LATER_PUBLISHERS)).items()
     return {topic: [*map(str, cast("list[Any]", nodes))] for topic, nodes in found if isinstance(nodes, list)}
 
 
 def joined(ledgers: Sequence[Mapping[str, str]]) -> Mapping[str, str]:
-    """The ledger of a recording in words, from those of its parts in their order."""
+    """Join the ledgers of a recording's parts, given as words and in their order."""
     last = dict(ledgers[-1])
     for name in ("recorded", "missed"):
         counts = [_number(each.get(name)) for each in ledgers]
@@ -165,7 +165,7 @@ def summed(ledgers: Sequence[RunOutcome | None], report: Mapping[str, Any]) -> R
 
 
 def mappings(value: Any) -> Iterator[Mapping[str, Any]]:
-    """The objects of a list in a report, which comes from a file, in which anything may stand."""
+    """Yield the objects in a list of a report; it comes from a file, which may hold anything."""
     items = cast("list[Any]", value) if isinstance(value, list) else []
     yield from (cast("Mapping[str, Any]", each) for each in items if isinstance(each, dict))
 
@@ -175,7 +175,7 @@ def _number(text: str | None) -> int | None:
 
 
 def json_object(text: str | None) -> dict[str, Any]:
-    """The object that a text is in JSON; empty where it is none."""
+    """Return the JSON object that a text holds; empty for anything else."""
     try:
         found = json.loads(text or "{}")
     except (ValueError, RecursionError):

@@ -1,7 +1,7 @@
 """`McapFile`: one MCAP file of a bag, from its beginning to its end or to where it is damaged.
 
-What lies in a file is read as it comes: a file whose writer was killed has no summary, and one that is being written
-grows. The summary, where there is one, says the same sooner, and lets a reader pass over chunks that it does not need.
+The records are read one after another: a file whose writer was killed has no summary, and one that is being written
+grows. A summary states the same facts sooner, and lets a reader skip chunks that it does not need.
 """
 
 from __future__ import annotations
@@ -115,8 +115,8 @@ class McapFile:
     ) -> Iterator[Entry | McapRecord]:
         """The messages that are wanted, and all other records, in the order of the file.
 
-        Chunks are passed over where the summary lists all channels and they hold nothing of this time; otherwise
-        everything is held against its CRC.
+        Chunks are skipped if the summary lists all channels and they hold nothing of this time; otherwise everything
+        is checked against its CRC.
 
         Raises:
             BagError: The file is damaged here, or ends here without having been finished.
@@ -164,7 +164,7 @@ class McapFile:
             self.launch_file = record.data.decode(errors="replace")
 
     def _find_details(self, file: RecordFile, summary: Summary) -> None:
-        """Read what lies where the summary says."""
+        """Read the records at the places that the summary states."""
         places = [each.offset for each in summary.metadata if each.name in _KEPT]
         places += [each.offset for each in summary.attachments if each.name == LAUNCH_FILE]
         for offset in places[:_ATTACHMENTS_AT_THE_BEGINNING]:
@@ -252,7 +252,7 @@ class _Walk:
                     return
 
     def _pass_over_chunks(self) -> None:
-        """Go on behind the chunks from here on that hold nothing wanted, without reading where each begins."""
+        """Skip the chunks from here on that hold nothing wanted, without reading where each begins."""
         here = self._file.at
         while self._chunks and self._chunks[-1].start == here < self._chunks[-1].end:
             if self._chunks[-1].may_hold(self._chosen, self._since, self._until):
@@ -262,7 +262,7 @@ class _Walk:
         self._file.go_to(here)
 
     def _check_order(self, frame: Frame) -> None:
-        """Refuse a record at whose place another one belongs: nothing else protects its kind and its length."""
+        """Refuse a record where another kind belongs: nothing else protects a record's kind and length."""
         opcode, offset = frame.opcode, frame.offset
         if self._chunks and (offset >= self._chunks[-1].start or opcode == Opcode.DATA_END):
             place = self._chunks.pop()
@@ -279,7 +279,7 @@ class _Walk:
         self._before = opcode
 
     def _pass_over_index(self, frame: Frame) -> None:
-        """A message index is not needed; it is looked at since a chunk whose kind has flipped would pass for one."""
+        """Skip a message index, but check it: a chunk with a damaged kind would look like one."""
         if self._may_pass:
             self._file.pass_over(frame)
             return
@@ -319,7 +319,7 @@ class _Walk:
                 yield record
 
     def _declare(self, record: McapRecord, offset: int) -> None:
-        """Take note of a schema or a channel; what was declared before may be said again, not changed."""
+        """Record a schema or a channel; a repeated declaration must be the same."""
         match record:
             case records.Schema():
                 if self._schemas.setdefault(record.id, record) != record:

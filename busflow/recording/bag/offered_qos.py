@@ -1,7 +1,7 @@
 """Offered QoS: what a recording says of the publishers of a topic, in the form in which rosbag2 writes it.
 
-A list of profiles as YAML, their policies as words or, in older bags, as the numbers of `rmw/types.h`; a duration that
-is longer than anybody lives is none. A reader of ROS 2 refuses a profile in part, so that all of it is written.
+A list of profiles as YAML, their policies as words or, in older bags, as the numbers of `rmw/types.h`; a duration of
+centuries means no limit. A reader of ROS 2 refuses an incomplete profile, so all of it is written.
 Source: ros2/rosbag2, `rosbag2_storage/src/rosbag2_storage/qos.cpp`.
 """
 
@@ -38,7 +38,7 @@ def offered(text: str | None) -> QoS | None:
     'best_effort'
 
     Raises:
-        BagError: The text is nothing of the kind.
+        BagError: The text is no such list.
     """
     if not text:
         return None

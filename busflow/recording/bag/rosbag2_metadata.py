@@ -1,4 +1,4 @@
-"""The `metadata.yaml` of a directory of rosbag2: by what ROS 2's programs find their way in its files."""
+"""The `metadata.yaml` of a directory of rosbag2, by which ROS 2's programs find their way in its files."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def file_counts(series: Iterable[Series]) -> list[FileCounts]:
 
 
 def describe_recordings(directory: Path) -> None:
-    """Write what busflow's own recordings in a directory hold into it.
+    """Write the `metadata.yaml` for busflow's own recordings in a directory.
 
     Raises:
         BagError: One of them cannot be read.
@@ -59,13 +59,13 @@ def write_metadata(
     qos: Callable[[Channel], str],
     custom: Mapping[str, str] | None = None,
 ) -> None:
-    """Write what a directory holds into it, all at once.
+    """Write the `metadata.yaml` of a directory, all at once.
 
     Args:
         directory: Where the files are.
         files: All of them, in their order.
         qos: What each channel offers, in the words of this version of the metadata.
-        custom: Words that are not ROS 2's.
+        custom: Entries that are not ROS 2's.
 
     Raises:
         OSError: It cannot be written.

@@ -81,7 +81,7 @@ class Series:
     """Files that are read one after the other."""
 
     def __init__(self, files: Sequence[BagFile], place: str) -> None:
-        """A series of files; `place` is what damage names that is of none of them."""
+        """Create a series of files; `place` names it in damage that belongs to none of them."""
         self.files: tuple[BagFile, ...] = tuple(files)
         self.damage: Damage | None = None
         """The reason why it could not be read to its end; known after it was read that far."""
@@ -223,7 +223,7 @@ def _part(file: BagFile) -> BagPart | None:
 
 
 def _new(items: Iterable[object]) -> Iterator[object]:
-    """What an earlier part does not have: repeats have no number."""
+    """Yield what an earlier part does not have; repeats have no number."""
     return (item for item in items if type(item) is not Entry or item.sequence)
 
 

@@ -1,6 +1,6 @@
 """Limits on a recording: each is checked before anything is allocated.
 
-A recording comes from anywhere, and a few bytes of it can claim gigabytes. What a bound refuses, no robot records.
+A recording may come from anyone, and a few bytes of it can claim gigabytes. No robot records what a limit refuses.
 """
 
 LARGEST_RECORD = 512 << 20
@@ -16,7 +16,7 @@ LARGEST_CHUNK = 256 << 20
 """Bytes of a chunk that is unpacked."""
 
 UNSUSPICIOUS_CHUNK = 64 << 20
-"""Up to here a chunk may be packed however small: a few black pictures are nearly nothing."""
+"""Bytes up to which a chunk may have any ratio: a few black pictures compress to almost nothing."""
 
 MOST_PACKED = 1000
 """The greatest ratio of a larger chunk's unpacked to its packed size."""
@@ -25,7 +25,7 @@ MOST_SUMMARY = 256 << 20
 """Bytes of the summary at the end of a file; that of a terabyte in small chunks has fewer."""
 
 MOST_DECLARED = 256 << 20
-"""Bytes of what chunks say of topics and types, the same again and again; once, all of ROS 2's have two million."""
+"""Bytes of schemas and channels in chunks, repeats included; all types of ROS 2 once take two million."""
 
 MOST_FILES = 100_000
 """Files of a bag that was split."""

@@ -1,6 +1,6 @@
-"""Chunks: records that were packed together, unpacked under bounds and held against their CRC.
+"""Chunks: records that were compressed together, unpacked within limits and checked against their CRC.
 
-What unpacks is imported when the first chunk of its kind comes.
+A decompressor is imported with the first chunk that needs it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Chunk:
     size: int
     """Bytes when it is unpacked."""
     crc: int
-    """0 is none."""
+    """0 means none."""
     compression: str
     packed: memoryview
 
@@ -43,7 +43,7 @@ def unpacked(body: bytes, file: str, offset: int) -> bytes:
     """The records of a chunk.
 
     Raises:
-        BagError: It is too large, not what its CRC stands for, or packed in a way that is not known.
+        BagError: It is too large, does not match its CRC, or has an unknown compression.
     """
     chunk = chunk_of(body, file, offset)
     try:

@@ -1,6 +1,6 @@
 """`Contents`: every record of an MCAP file in its place, for tools that check the file itself.
 
-Where a stretch of the file is damaged it can go on behind it, as far as it is known what comes there.
+It can continue behind a damaged stretch, if the summary states where the next chunk begins.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Contents:
         return bool(behind)
 
     def _in(self, frame: Frame, crc: int | None) -> Iterator[Found]:
-        """The record that begins here, of a chunk also all that is in it; `crc` is of all that comes before."""
+        """Yield the record that begins here, and all records in it if it is a chunk; `crc` is that of all before it."""
         body, offset = self._file.body(frame), frame.offset
         if frame.opcode == Opcode.CHUNK:
             data = unpacked(body, self.name, offset)

@@ -1,8 +1,8 @@
 """MCAP's records: where one begins and ends in a file, and what is in it, refused before it is allocated or believed.
 
-`mcap` parses what is in a record. It takes what is cut off for short text, and allocates what a file claims to hold; so
-this frames the records itself and hands on bytes that are there. Messages, of which there are millions, are not parsed
-by it at all.
+The package `mcap` parses the content of a record. It reads cut-off text as short text, and allocates what a file claims
+to hold. So this module frames the records itself, and passes on only bytes that are there. Messages, of which there are
+millions, are not parsed by the package at all.
 """
 
 from __future__ import annotations
@@ -97,19 +97,19 @@ class RecordFile:
         self.close()
 
     def go_to(self, offset: int) -> None:
-        """Go on there."""
+        """Continue at an offset."""
         if offset != self.at:
             self._file.seek(offset)
             self.at, self.crc = offset, None
 
     def restart(self) -> None:
-        """Go on at the first record, and take the CRC of the whole anew."""
+        """Continue at the first record, and compute the CRC of the whole again."""
         self._file.seek(0)
         self.at, self.crc = 0, 0
         self._read(len(MAGIC))
 
     def next(self) -> Frame:
-        """The frame of the record that comes now.
+        """Return the frame of the next record.
 
         Raises:
             BagError: The file ends, or what follows cannot be a record.
@@ -143,10 +143,10 @@ class RecordFile:
         return parse(frame.opcode, self.body(frame), self.name, frame.offset)
 
     def check_data(self, end: records.DataEnd, crc: int | None, offset: int) -> None:
-        """Hold the end of the data against the CRC of all that comes before it, where that is known.
+        """Check the CRC that the end of the data states, if that of all data before it is known.
 
         Raises:
-            BagError: It says another one.
+            BagError: They differ.
         """
         if end.data_section_crc and crc not in (None, end.data_section_crc):
             raise self.damaged("what lies before it is not what its CRC stands for", offset)
@@ -158,7 +158,7 @@ class RecordFile:
         return found
 
     def pass_over(self, frame: Frame) -> None:
-        """Go on behind the record whose frame was just read, which gives up the CRC of the whole."""
+        """Skip the record whose frame was just read; the CRC of the whole is then unknown."""
         self.go_to(frame.end)
 
     def tail(self, count: int) -> bytes:
@@ -243,7 +243,7 @@ class _Short(Exception):
 
 
 class _Exactly(ReadDataStream):
-    """A record's bytes, of which either all are there that are asked for, or it is refused."""
+    """Reads a record's bytes; raises where fewer are left than are asked for."""
 
     def __init__(self, body: bytes | memoryview) -> None:
         super().__init__(BytesIO(body))

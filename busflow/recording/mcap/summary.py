@@ -62,7 +62,7 @@ class Summary:
 
 
 def summary_of(file: RecordFile) -> Summary:
-    """The summary of a file, held against its CRC.
+    """Return the summary of a file, checked against its CRC.
 
     Raises:
         BagError: There is none, since the file was not finished, or it is damaged.

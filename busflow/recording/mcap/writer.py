@@ -1,8 +1,8 @@
 """`McapWriter`: an MCAP file as it is written: chunks that are cut by size, an index of each, and a summary at the end.
 
-Messages are put together here, a few of them being much of a recording's cost; all rarer records are those of the
-package `mcap`. The same messages give the same bytes. Nothing here knows of time: when a chunk that is not full goes to
-the file is for its user to say.
+Message records are built here, because they are most of a recording's cost; the package `mcap` builds the rarer ones.
+The same messages give the same bytes. This module reads no clock: its caller decides when a chunk that is not full goes
+to the file.
 """
 
 # The libraries that compress have no stubs.
@@ -62,12 +62,12 @@ class Written(Protocol):
     """The file that is written."""
 
     def write(self, data: memoryview, /) -> int:
-        """Write some of it, and say how many bytes that were."""
+        """Write some of it, and return how many bytes."""
         ...
 
 
 class McapWriter:
-    """An MCAP file in the making, which is readable up to the last chunk whenever the writing ends."""
+    """An MCAP file that is being written; it is readable up to the last chunk whenever the writing ends."""
 
     def __init__(
         self,
@@ -80,8 +80,8 @@ class McapWriter:
         """Begin a file.
 
         Args:
-            file: what is written to, from its beginning; not buffered, so that nothing waits in this process.
-            library: what the file says of who wrote it.
+            file: the file to write, empty so far; unbuffered, so that nothing waits in this process.
+            library: the name of the writing program in the file.
             compression: of the chunks.
             chunk_bytes: at which size a chunk is full, before it is compressed.
         """
@@ -92,7 +92,7 @@ class McapWriter:
         self._handed: list[tuple[int, int]] = []
         """For each chunk that was handed to the file its end there and its messages."""
         self._check = 0
-        """The CRC-32 of all that was handed over, by which a reader sees flipped bits outside the chunks too."""
+        """The CRC-32 of all that was written, by which a reader sees flipped bits outside the chunks too."""
         self._chunk = _Chunk()
         self._schemas: list[McapRecord] = []
         self._channels: list[McapRecord] = []
@@ -156,7 +156,7 @@ class McapWriter:
             self.cut()
 
     def add_metadata(self, name: str, metadata: Mapping[str, str]) -> None:
-        """Write a record of words about the recording."""
+        """Write a metadata record."""
         self.cut()
         record = _record(Metadata(name=name, metadata=dict(metadata)))
         self._metadata.append(MetadataIndex(offset=self.size, length=len(record), name=name))
@@ -180,7 +180,7 @@ class McapWriter:
         self._write([record])
 
     def cut(self) -> None:
-        """Hand what waits to the file, so that it outlives this process; not so the machine's losing its power."""
+        """Write what waits to the file, so that it survives this process, though not a loss of power."""
         chunk, self._chunk = self._chunk, _Chunk()
         if not chunk.count:
             self._write(chunk.joined())  # what describes types and topics may stand outside a chunk
@@ -282,7 +282,7 @@ class _Chunk:
         self.size += FRAME.size + length
 
     def joined(self) -> list[Part]:
-        """The records, with all small parts between two large ones made one."""
+        """Return the records, all small parts between two large ones joined."""
         return list(_joined(self._parts))
 
     def indexes(self, start: int) -> tuple[list[Part], dict[int, int]]:

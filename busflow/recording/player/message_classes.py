@@ -23,10 +23,10 @@ class MessageClasses:
             self._loaded[_name(cls)].append(cls)
 
     def find(self, channel: Channel) -> type[Message]:
-        """A function that makes messages of a channel from bytes.
+        """Return the class for the messages of a channel.
 
         That is the standard class of the name, else the one that was loaded last, if its type is the recorded one in
-        every field; else a class of their own, whose messages leave as the bytes that were recorded.
+        every field; else a class of its own, whose messages are published as the recorded bytes.
 
         Raises:
             BagError: Messages of this channel cannot be read.

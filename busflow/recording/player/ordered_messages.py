@@ -31,7 +31,7 @@ class Span:
 
     @classmethod
     def of_seconds(cls, start_s: float, until_s: float | None, duration_s: float | None) -> Span:
-        """The part that is said in seconds.
+        """Return the part that is stated in seconds.
 
         >>> Span.of_seconds(0.5, None, 2.0)
         Span(start_ns=500000000, until_ns=None, duration_ns=2000000000)
@@ -60,12 +60,12 @@ _Read: TypeAlias = "tuple[list[Entry], bool]"
 class OrderedMessages:
     """Messages in the order in which they were recorded, which the time stamps alone do not give.
 
-    It holds a file open, and a thread, in which chunks are read, unpacked and held against their CRC while the loop
-    goes on. Without the thread nothing depends on how fast it is: simulated time has none.
+    It keeps a file open, and a thread, in which chunks are read, unpacked and checked against their CRC while the loop
+    goes on. On simulated time there is no thread, so that nothing depends on its speed.
     """
 
     def __init__(self, bag: Bag, channels: Collection[Channel], span: Span | None = None, *, threaded: bool) -> None:
-        """The messages of some channels, of a part of the recording; it has to be closed."""
+        """Open the messages of some channels in a part of the recording; the caller closes it."""
         span = span or Span()
         self._bag, self._channels = bag, frozenset(channels)
         self._first_ns, last_ns = bag.start_ns or 0, bag.end_ns or 0  # of a bag without messages there is none
@@ -116,7 +116,7 @@ class OrderedMessages:
         self._reading, self._is_read = None, False
 
     async def close(self) -> None:
-        """Let go of the file, and of the thread."""
+        """Close the file, and end the thread."""
         if self._thread is None:
             self._entries.close()
             return

@@ -118,7 +118,7 @@ class Player(Node):
         self.log.info("played to the end", messages=self.playing.played)
 
     async def stop(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         if self.playing is not None:
             await self._messages.close()
 
@@ -129,7 +129,7 @@ class Player(Node):
 
     @on_parameters
     def on_change(self, _old: PlayerParameters) -> None:
-        """Faster, slower, paused: from now on."""
+        """Apply the new rate, or pause or resume."""
         if self.playing is None:
             return
         clock = self.playing.clock
@@ -165,7 +165,7 @@ class Player(Node):
 
     @service(Trigger, "~/toggle_paused")
     def on_toggle(self, _request: Trigger.Request) -> Trigger.Response:
-        """One or the other."""
+        """Pause, or resume."""
         return self._set_paused(not self.parameters.paused)
 
     @service(Trigger, "~/play_next")

@@ -114,5 +114,5 @@ class Playing:
         entry = self._messages.take()
         self.played += 1
         await self._publish(entry)
-        # Who receives has its turn before the next message: what was not lost when it was recorded is not now.
+        # Receivers run before the next message: what was not lost when it was recorded is not lost now.
         await asyncio.sleep(0)

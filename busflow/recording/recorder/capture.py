@@ -1,7 +1,7 @@
-"""`Capture`: what comes to a graph while it runs: messages of topics, calls, parameters, ticks and lines of the log.
+"""`Capture`: what happens in a graph while it runs: messages of topics, calls, parameters, ticks, lines of the log.
 
-A recorder says what becomes of each message; what is to be captured, and which process of several does it, is decided
-here.
+This module decides what is captured, and by which of several processes. A recorder decides what is done with each
+message.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Capture:
             self._graph.log.sinks.append(partial(self._on_log, track))
 
     def end(self) -> None:
-        """Take the taps away again."""
+        """Remove the taps."""
         bus = self._graph.bus
         bus.on_attach.remove(self._on_attach)
         for topic, tap in self._taps:

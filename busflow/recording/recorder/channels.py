@@ -79,7 +79,7 @@ class Track:
     _publishers: set[Endpoint] = field(default_factory=set["Endpoint"])
 
     def offer(self, publisher: Endpoint) -> None:
-        """Take note of a publisher; a restarted node's is known."""
+        """Record a publisher; that of a restarted node is known already."""
         if publisher in self._publishers:
             return
         self._publishers.add(publisher)

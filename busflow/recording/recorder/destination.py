@@ -1,4 +1,4 @@
-"""`Destination`: the file that a recording goes to: what it is called, that it is new, and that it is still there."""
+"""`Destination`: the file of a recording: its name, and the checks that it is new and still there."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SUFFIX = ".mcap"
 
 
 class Destination:
-    """A new file, written from its beginning to its end, and no longer than it can be found under its name."""
+    """A new file, written from beginning to end, as long as it can be found under its name."""
 
     def __init__(self, path: Path) -> None:
         """Make the file.
@@ -58,13 +58,13 @@ class Destination:
         return written
 
     def cut_off(self, size: int) -> None:
-        """Leave nothing behind that was written in part."""
+        """Cut off what was written in part."""
         with suppress(OSError):  # a reader copes with what is left
             self.left = min(size, os.fstat(self._descriptor).st_size)
             os.ftruncate(self._descriptor, self.left)
 
     def secure(self) -> None:
-        """See that what was written outlasts the loss of power.
+        """Make sure that what was written survives a loss of power.
 
         Raises:
             OSError: the disk is broken, or what was written is not there any more.
@@ -85,7 +85,7 @@ class Destination:
 
 @contextmanager
 def new_recording(path: Path) -> Generator[Destination]:
-    """A new file to begin a recording in; it is taken away again where its beginning cannot be written.
+    """Yield a new file to begin a recording in; it is removed again if its beginning cannot be written.
 
     Raises:
         RecordingRefused: it is there already, or cannot be made, or not even its beginning can be written.
@@ -103,7 +103,7 @@ def new_recording(path: Path) -> Generator[Destination]:
 
 @contextmanager
 def new_directory(path: Path) -> Generator[Path]:
-    """A new directory for a recording of several files; it is taken away again where the first cannot be begun.
+    """Yield a new directory for a recording of several files; it is removed again if the first cannot be begun.
 
     Raises:
         RecordingRefused: it is there already, or cannot be made.
@@ -161,7 +161,7 @@ def refusal(path: Path, error: OSError) -> RecordingRefused:
             text = f"{shown} is there already, and a recording overwrites nothing: move it away, choose another name,"
             return RecordingRefused(f"{text} or let the time be part of it: {dated}")
         case FileNotFoundError():
-            # Quoted, so that a shell makes of `~/runs` the folder that was looked for, and not the one in the home.
+            # Quoted, so that a shell reads `~/runs` as the folder that was looked for, not as one in the home folder.
             folder = printable(shlex.quote(str(path.parent)))
             return RecordingRefused(f"cannot record to {shown}: make its folder first: mkdir -p {folder}")
         case _:
@@ -169,7 +169,7 @@ def refusal(path: Path, error: OSError) -> RecordingRefused:
 
 
 def foresee(pattern: str, *, run: str, apart: bool) -> None:
-    """Find out whether a recording can begin where a pattern says, as things are now, without beginning it.
+    """Check whether a recording could begin now where a pattern says, without beginning it.
 
     Args:
         pattern: as `named` takes it.
@@ -190,7 +190,7 @@ def foresee(pattern: str, *, run: str, apart: bool) -> None:
 
 
 def foresee_snapshots(pattern: str, *, run: str) -> Path:
-    """Find out whether snapshots can be written where a pattern says; return their path without their numbers.
+    """Check whether snapshots could be written where a pattern says; return their path without their numbers.
 
     Raises:
         RecordingRefused: they cannot.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
 
 FORMAT = "1"
-"""Grows when something is written otherwise than readers of before expect it."""
+"""Grows when a recording changes in a way that earlier readers do not expect."""
 
 _PACKAGES = ("lz4", "mcap", "numpy", "pydantic", "zstandard")
 """The libraries on which the bytes of a recording depend, beside busflow and Python."""

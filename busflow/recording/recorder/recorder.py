@@ -1,4 +1,4 @@
-"""`Recorder`: writes a run into a file as it happens: messages, parameters, calls, log, and what all came to.
+"""`Recorder`: writes a run into a file as it happens: messages, parameters, calls, log, and at the end the report.
 
 It receives each message before any queue, and no node waits for it: a recording that fails changes nothing else in the
 run. It numbers every message first, so that a missing one shows as a gap.
@@ -109,7 +109,7 @@ class Recorder(Extension):
         self._capture.begin()
 
     def end(self) -> None:
-        """End the file with what the run came to."""
+        """End the file with the report of the run."""
         with self._lock:  # a line of another thread comes before the account, or not into the file
             spool, self._spool = self._spool, None
         if spool is None:
@@ -190,12 +190,12 @@ class Recorder(Extension):
     # What goes wrong.
 
     def _on_failure(self, error: Exception) -> None:
-        """Nothing more can be written; in the spool's thread, if it has one."""
+        """Report that nothing more can be written; called in the spool's thread, if it has one."""
         self._failed = True
         self._report_missing(reason_of(error))
 
     def _report_missing(self, why: str) -> None:
-        """Say once that the recording is not complete, in whichever thread that is found out."""
+        """Report once that the recording is not complete; called in any thread."""
         if threading.get_ident() != self._thread:
             with suppress(RuntimeError):  # the loop has ended: `end` reports it
                 self._loop.call_soon_threadsafe(self._report_missing, why)

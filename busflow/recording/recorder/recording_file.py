@@ -1,7 +1,7 @@
 """Recording files: what a spool writes to. One MCAP file, or with `split` one part after the other, each of them whole.
 
-Every part begins with what a reader needs who has no other: the facts of the run, all types and topics so far, and the
-newest messages of transient_local publishers. These repeats are numbered 0, which no message of a recording is.
+Every part begins with what a reader of this part alone needs: the facts of the run, all types and topics so far, and
+the newest messages of transient_local publishers. These repeats have the number 0, which no other message has.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Begin(Protocol):
 
 
 class RecordingFile:
-    """One MCAP file in the making, at its place on the disk."""
+    """One MCAP file that is being written, with its place on the disk."""
 
     def __init__(self, destination: Destination, writer: McapWriter) -> None:
         self._destination, self._writer = destination, writer
@@ -90,7 +90,7 @@ class RecordingFile:
             self._writer.add_message(channel_id, REPEATED, time_ns, payload, published_ns=published_ns)
 
     def add_latched(self, message: Latched) -> None:
-        """Take note of a message that was written, and that a late joiner would get."""
+        """Remember a message that was written, and that a late joiner would get."""
 
     def cut(self) -> None:
         """Hand what waits to the operating system."""
@@ -104,11 +104,11 @@ class RecordingFile:
         self._writer.finish()
 
     def cut_off(self) -> None:
-        """Leave nothing behind that was written in part."""
+        """Cut off what was written in part."""
         self._destination.cut_off(self._writer.size)
 
     def secure(self) -> None:
-        """See that what was written outlasts the loss of power.
+        """Make sure that what was written survives a loss of power.
 
         Raises:
             OSError: as `Destination.secure`.
@@ -159,7 +159,7 @@ class Latched:
 
 
 class SplitFile(RecordingFile):
-    """The part of a recording that is in the making; the next one begins before the message that is too much for it."""
+    """Writes a recording in parts; a message that does not fit into one begins the next."""
 
     def __init__(self, path: Path, split: Split, begin: Begin, *, durable: bool) -> None:
         """Begin the first part.
@@ -168,7 +168,7 @@ class SplitFile(RecordingFile):
             path: the name of a file; each part has it with its number, `run_0.mcap`.
             split: when a part ends.
             begin: makes a part's file, and writes the facts of the run and these words about the part to it.
-            durable: whether each part is to outlast the loss of power once it has ended.
+            durable: whether each part survives a loss of power once it has ended.
 
         Raises:
             RecordingRefused: its file is there already, or cannot be made.

@@ -1,7 +1,7 @@
 """`SnapshotRecorder`: keeps the last moments of a run in memory, and writes them as a bag when asked, or on a failure.
 
-Nothing touches the disk before that. Each snapshot has a file, a thread and an account of its own: several may be
-written at a time, and one that fails takes no other with it.
+Nothing is written to the disk before that. Each snapshot has a file, a thread and an account of its own: several may be
+written at a time, and the failure of one does not affect the others.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ MOST_AT_ONCE = 4
 
 
 class FailureSnapshots:
-    """The snapshots that failures cause, of which there are only so many."""
+    """The snapshots that failures cause, up to a limit."""
 
     def __init__(self, log: FilteringBoundLogger, snapshot: Callable[[str], object]) -> None:
         self._log, self._snapshot = log, snapshot
         self._failures = 0
 
     def add(self, reason: str) -> None:
-        """Write the last moments before a failure, and log it if that cannot be."""
+        """Write the last moments before a failure; log a warning if that is not possible."""
         self._failures += 1
         if self._failures == MOST_FOR_FAILURES:
             self._log.warning(f"this is the last of {MOST_FOR_FAILURES} snapshots that failures cause in a run")

@@ -1,7 +1,7 @@
 """Ticks: each call of a timer's handler, recorded in its place between the messages.
 
-Whether a tick came before a message of the same instant, or after it, is nowhere else in a recording, and decides what
-a node that is run anew makes of it.
+Nothing else in a recording says whether a tick came before or after a message of the same instant, and a replayed node
+may act differently.
 """
 
 from __future__ import annotations

@@ -104,12 +104,12 @@ class Check:
         self.compared.setdefault(topic, 0)
 
     def recorded(self, topic: str, published: Published) -> None:
-        """A message of the recording."""
+        """Compare a message of the recording with its counterpart, now or once that comes."""
         if (replayed := self._counterpart(topic, 0, published)) is not None:
             self._compare(topic, published, replayed)
 
     def replayed(self, topic: str, published: Published) -> None:
-        """A message of the replay."""
+        """Compare a message of the replay with its counterpart, now or once that comes."""
         self._topics[topic].late += self._is_forgiven(published)
         if (recorded := self._counterpart(topic, 1, published)) is not None:
             self._compare(topic, recorded, published)
@@ -127,7 +127,7 @@ class Check:
         self._add(DifferenceKind.FAILURE, node, 0, time_ns, text)
 
     def finish(self) -> None:
-        """Both sides have come to their end: what has no counterpart is a difference."""
+        """Count each message without a counterpart as a difference, now that both sides have ended."""
         for lonely in self._pairs.left():
             if lonely.side == 0:
                 self._miss(lonely)

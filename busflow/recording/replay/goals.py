@@ -16,7 +16,7 @@ class SentGoals:
     """The goals that replayed nodes send, each with its two identifiers."""
 
     def __init__(self, recorded: Mapping[tuple[str, str], Sequence[bytes]]) -> None:
-        """Know the recorded identifiers in their order, by service and caller."""
+        """Store the recorded identifiers in their order, by service and caller."""
         self._recorded = recorded
         self._then: dict[bytes, bytes] = {}
         self._now: dict[bytes, bytes] = {}

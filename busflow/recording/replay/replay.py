@@ -1,4 +1,4 @@
-"""Replays: nodes run anew on a recording, and what they publish now held against what they published then."""
+"""Replay: runs nodes again on a recording, and compares what they publish with what was recorded."""
 
 from __future__ import annotations
 
@@ -116,13 +116,13 @@ def replay(
         tolerance: How far floating-point numbers may be apart.
         time_tolerance_s: How far times may be apart, of publishing and in messages; by default 0 for a recording of
             simulated time, 0.1 s for one of the system's.
-        allow_incomplete: Replay what there is of a recording that is not whole.
+        allow_incomplete: Replay an incomplete recording too, as far as it goes.
         keep: How many messages of each topic `outputs` keeps, the newest; all by default.
         record: The file that the replay itself is recorded to.
 
     Raises:
         BagError: The recording cannot be read, or is of other types than the nodes.
-        IncompleteRecording: It is not the whole of what happened.
+        IncompleteRecording: It is incomplete.
         LaunchError: The nodes cannot run, with every problem.
     """
     try:
@@ -194,7 +194,7 @@ def _comparison(bag: Bag, tolerance: float, time_tolerance_s: float | None) -> C
 
 
 def _refuse_unrelated(bag: Bag, members: Sequence[PlannedNode], past: Past) -> None:
-    """Refuse nodes of which nothing was recorded; one that was there and said nothing is known by its parameters."""
+    """Refuse nodes of which nothing was recorded; a node that published nothing is known by its parameters."""
     names = {each.runtime.full_name for each in members}
     topics = {end.topic for each in members for end in (*each.publishers, *each.subscriptions)} - OF_THE_RUN
     services = {end.service + SUFFIX for each in members for end in (*each.servers, *each.clients)}

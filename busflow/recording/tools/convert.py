@@ -1,4 +1,4 @@
-"""Converting: the messages of a bag into another form, which is there when it is whole or not at all."""
+"""Conversion: writes the messages of a bag in another form, completely or not at all."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ class JsonlFile:
     """Writes lines."""
 
     def __init__(self, stream: TextIO, line_of: Callable[[Mapping[str, Any]], str]) -> None:
-        """Write to a stream, with what makes a line of an object."""
+        """Write to a stream; `line_of` makes a line of an object."""
         self._stream, self._line_of = stream, line_of
 
     def write(self, entry: Entry) -> None:

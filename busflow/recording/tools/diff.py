@@ -121,7 +121,7 @@ class _Found:
         self._pairs = Pairs["Entry"]()
 
     def declare(self, side: Side, channel: Channel) -> TopicDifference:
-        """Take note of a topic, and of the type that it has on one side."""
+        """Record a topic, and the type that it has on one side."""
         topic = self.topics.get(channel.topic)
         if topic is None:
             topic = self.topics[channel.topic] = TopicDifference(channel.topic, None, None)

@@ -1,7 +1,7 @@
 """`Pairs`: the messages of two sides, of each topic the first with the first, and so on, while both come in.
 
-What waits for its counterpart is bounded: where one side is silent on a topic, or far behind, the latest of the other
-are counted and let go, so that the first ones stay.
+The messages that wait are bounded in bytes: if one side is silent on a topic, or far behind, the latest messages of the
+other are counted and let go, so that the first ones stay.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Side = Literal[0, 1]
 
 
 class Sized(Protocol):
-    """A message, whatever else is known of it."""
+    """A message, as far as its size matters."""
 
     @property
     def payload(self) -> bytes:
@@ -48,7 +48,7 @@ class Lonely(NamedTuple, Generic[M]):
 
 @dataclass(slots=True)
 class _Lane(Generic[M]):
-    """A topic: on one side at most something waits."""
+    """The waiting messages of one topic, all of one side."""
 
     side: Side
     waiting: deque[M] = field(default_factory=deque[M])
@@ -98,7 +98,7 @@ class Pairs(Generic[M]):
             return
         lane.waiting.append(message)
         self._count(lane, _size(message))
-        while self._size > self._most:  # a topic that is only a little behind is not to suffer from one that is silent
+        while self._size > self._most:  # a silent topic must not take the room of one that is only a little behind
             fullest = max(self._lanes.values(), key=lambda each: each.size)
             self._count(fullest, -_size(fullest.waiting.pop()))
             fullest.let_go += 1

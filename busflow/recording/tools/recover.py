@@ -1,7 +1,7 @@
-"""Recovery: a whole file of what can still be read of a recording that was cut off or damaged.
+"""Recovery: a finished file with what can still be read of a recording that was cut off or damaged.
 
-Chunks that are damaged are left out, and what follows them is kept. The file says of itself that it was recovered, so
-that it never passes for the whole of what happened.
+Damaged chunks are left out, and what follows them is kept. The file states that it was recovered, so that it is never
+taken for a complete recording.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def recover(source: Path, target: Path, on_message: Callable[[], None] = lambda:
 
 
 class _Saved:
-    """The new file in the making."""
+    """The new file, while it is written."""
 
     def __init__(self, writer: Writer, recovery: Recovery, on_message: Callable[[], None]) -> None:
         self.recovery = recovery
@@ -92,7 +92,7 @@ class _Saved:
         self.recovery.damages += contents.damages
 
     def finish(self) -> None:
-        """Say what the file is, and end it."""
+        """Write the ledger, and end the file."""
         recovery = self.recovery
         recovery.missing = self._gaps if self._facts else None
         if not self._started:
@@ -104,7 +104,7 @@ class _Saved:
         self._writer.finish()
 
     def _marked(self) -> dict[str, str]:
-        """The ledger of a file that may not be the whole."""
+        """Return the ledger of a file that may be incomplete."""
         recovery = self.recovery
         before = (self._ledger and self._whole(self._ledger)) or {
             "report": json.dumps({}),

@@ -1,4 +1,4 @@
-"""`Sink`: what takes the messages of a bag and writes them in another form; one is a directory of a file per topic."""
+"""`Sink`: writes the messages of a bag in another form; `TopicFiles` writes a directory with a file for each topic."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Sink(Protocol):
         """Take a message.
 
         Raises:
-            BagError: It cannot be written so.
+            BagError: It cannot be written in this form.
             MalformedMessage: It cannot be read by its type.
         """
         ...
@@ -36,14 +36,14 @@ class Sink(Protocol):
 
 
 class FileNames:
-    """A file name for each channel: of its topic, without anything that a file system or a shell could take amiss."""
+    """A file name for each channel: of its topic, without characters that are special to a file system or a shell."""
 
     def __init__(self, suffix: str) -> None:
         self._suffix = suffix
         self._names: dict[Channel, str] = {}
 
     def of(self, channel: Channel) -> str:
-        """The name of the file of a channel; two never share one, also where upper and lower case are one."""
+        """Return the name of a channel's file; no two names differ in upper and lower case only."""
         if channel not in self._names:
             taken = {name.lower() for name in self._names.values()}
             stem = _UNSAFE.sub("_", channel.topic.strip("/")).lstrip(".-_")[:_LONGEST] or "topic"
@@ -66,7 +66,7 @@ class TopicFiles:
         """Write a message into the file of its topic.
 
         Raises:
-            BagError: There are too many topics, or one cannot be written so.
+            BagError: There are too many topics, or one cannot be written in this form.
             MalformedMessage: The message cannot be read by its type.
         """
         channel = entry.channel

@@ -1,4 +1,4 @@
-"""Target: a file or directory that is made of a recording, and that gets its name when it is whole, or vanishes."""
+"""Target: a file or directory made from a recording; it gets its name once it is complete, or else is removed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _NO_LINKS = {errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS}
 
 @contextmanager
 def new_file(target: Path) -> Generator[Path]:
-    """A place to write a file.
+    """Yield a path at which to write a file.
 
     Raises:
         BagError: There is something of this name, or it cannot be written.
@@ -28,7 +28,7 @@ def new_file(target: Path) -> Generator[Path]:
 
 @contextmanager
 def new_directory(target: Path) -> Generator[Path]:
-    """A directory to write files in.
+    """Yield a directory in which to write files.
 
     Raises:
         BagError: There is something of this name, or it cannot be written.
@@ -66,6 +66,6 @@ def _link(part: Path, target: Path) -> None:
     except OSError as error:
         if error.errno not in _NO_LINKS:
             raise
-        if target.exists():  # a USB stick has no links, and nearly never two who write the same file
+        if target.exists():  # a USB stick has no links, and hardly ever two programs that write the same file
             raise FileExistsError from None
         part.rename(target)

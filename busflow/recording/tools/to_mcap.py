@@ -41,7 +41,7 @@ class McapCopy:
             stream: What is written to, and closed in the end.
             bag: Whose facts go with the messages.
             channels: Those whose messages will come; one may have none.
-            partly: Not all messages will come, and the file is to say so.
+            partly: Whether messages are left out, which the file then states.
             qos: What is written of a channel's offered QoS.
         """
         self._writer = Writer(stream, chunk_size=CHUNK_BYTES, enable_data_crcs=True)

@@ -1,4 +1,4 @@
-"""Examination: reads all of a recording and holds what it says of itself against what is there."""
+"""Examination: reads all of a recording, and compares its statements with its contents."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Examination:
     findings: list[Finding] = field(default_factory=list[Finding])
 
     def add(self, kind: FindingKind, code: str, message: str, file: str = "", offset: int | None = None) -> None:
-        """Take note of something."""
+        """Add a finding."""
         self.findings.append(Finding(kind, code, message, file, offset))
 
 
@@ -81,7 +81,7 @@ def examine(bag: Bag, on_message: Callable[[], None] = lambda: None) -> Examinat
 
 
 class _Structure:
-    """The records of one file, as they lie there."""
+    """The records of one file, in their order."""
 
     def __init__(self, path: Path, found: Examination, *, accounted: bool) -> None:
         self._path, self._name, self._found, self._accounted = path, str(path), found, accounted
@@ -94,7 +94,7 @@ class _Structure:
         """For each channel the times and offsets of its messages in the chunk."""
 
     def examine(self) -> int:
-        """Read the file; how many messages lie in it."""
+        """Read the file; return how many messages it holds."""
         with Contents(self._path) as contents:
             for found in contents.beyond_damage():
                 if len(contents.damages) > self._damages:
@@ -216,7 +216,7 @@ def _out_of_sequence(before: int, number: int) -> Iterator[str]:
 
 
 def _examine_type(channel: Channel, found: Examination) -> None:
-    """Hold the definition of a type against its hash."""
+    """Check the definition of a type against its hash."""
     if channel.type_hash is None or channel.encoding != "cdr":
         return
     try:
@@ -229,7 +229,7 @@ def _examine_type(channel: Channel, found: Examination) -> None:
 
 
 def _examine_account(bag: Bag, found: Examination, counts: Sequence[int]) -> None:
-    """Hold the ledgers against what is there."""
+    """Compare the ledgers with the messages that are there."""
     if bag.unfinished is not None and len(bag.series) > 1:
         found.add(FindingKind.INCOMPLETE, "unfinished", bag.unfinished.reason)
     for number, series in enumerate(bag.series):
