@@ -13,7 +13,7 @@ from busflow.errors import ExitCode
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.wire.machines.certificates import Made
+    from busflow.wire.machines.certificates import Certificate
 
 _VERBS = {
     "new": ("busflow.cli.certs:new", "Make an authority, whose certificates machines trust."),
@@ -77,13 +77,13 @@ def show(folder: Path) -> int:
     from busflow.wire.machines.certificates import Authority
 
     authority = Authority.open(folder, to_sign=False)
-    made = authority.made()
+    made = authority.certificates()
     state = Column("STATE", folds=True)
     print_table(map(_row, made), Column("NAME"), Column("ADDRESSES", folds=True), Column("UNTIL"), state)
     return ExitCode.DIFFERENT if any(each.fault for each in made) else ExitCode.OK
 
 
-def _row(made: Made) -> tuple[object, ...]:
+def _row(made: Certificate) -> tuple[object, ...]:
     state = made.fault or ("good" if made.key.exists() else "good; its key is elsewhere")
     return made.name, ", ".join(made.addresses) or "-", f"{made.until:%Y-%m-%d}", state
 

@@ -7,7 +7,7 @@ and of messages read by the descriptions that the run offers.
 - `mirror/membership` opens the run's directory and session when a graph starts and closes them when it has ended;
   `mirror/mirror` shows every node and endpoint as tokens. A publisher has an `outlet`, which encodes only while
   another process subscribes; large messages leave through the thread of a `sender`, so that a slow reader never holds
-  up the loop. All of them work with one `connection`: bus, session, senders, log and the way onto the loop.
+  up the loop. They share one `connection`: bus, session, senders, log, and the function that passes work to the loop.
 - Large messages lie in memory that the processes of a machine share (`shared_memory`); what travels is their place.
   Small ones that follow each other closely travel as one (`mirror/burst`).
 - `mirror/remote_publishers` admits publishers of other processes, as far as they fit, through one `inlet` a topic: a
@@ -15,11 +15,11 @@ and of messages read by the descriptions that the run offers.
   published a few at a time as the nodes keep up. `mirror/late_joiners` asks publishers for more kept messages, if a
   subscription wants more than the inlet asked for.
 - `client/client` joins a run: one of this machine (`zenoh/run_directory`), or one on others (`machines/remote`). The
-  run passes on what two clients say to each other. `listener` and `speaker` are what echoes and publishes.
+  run forwards messages between two clients. A `listener` receives for an echo; a `speaker` publishes.
 - A publisher from outside waits until all processes know it (`settle`): one query after its token. Each process
   handles both on its loop, in that order, and declares its subscriber before it answers; Zenoh keeps the order of
   declarations, and lets no query or answer overtake them, across routers too. So a process that has answered receives
-  the first message. A blocked loop is waited for for 2 s, and what it misses then is counted nowhere, since nothing
+  the first message. A blocked loop gets 2 s. What it misses after that is counted nowhere, since nothing
   was sent to it. Where the topic has another publisher, nothing is missed even then: the inlet is there, and messages
   wait in its ring behind the token. `unsigned` are messages in an inlet without any publisher; an inlet closes with
   its last one.

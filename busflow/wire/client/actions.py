@@ -37,7 +37,7 @@ _REFUSALS = {1: "no goal can be canceled", 2: "no goal has this identifier", 3: 
 
 @dataclass(frozen=True, slots=True)
 class ActionView:
-    """An action with the nodes at its ends."""
+    """An action, with the nodes of its servers and clients."""
 
     name: str
     types: tuple[str, ...]
@@ -56,7 +56,7 @@ class ActionView:
 
 
 def actions_of(graph: GraphView) -> dict[str, ActionView]:
-    """Return the actions of a graph by name: those with an end of `send_goal`."""
+    """Return the actions of a graph by name: those with an endpoint of `send_goal`."""
     found: dict[str, ActionView] = {}
     for service in graph.services.values():
         name = action_of(service.name)
@@ -112,7 +112,7 @@ class ActionPeer:
     def sent(
         self, goal: Mapping[str, Any], *, timeout_s: float, on_feedback: Callable[[Any], None] | None = None
     ) -> Generator[PeerGoal]:
-        """Send a goal for the time of a block; the run cancels it when this process is there no more.
+        """Send a goal that lasts as long as the block; the run cancels it when this process has ended.
 
         Raises:
             ActionUnavailable: the action has no server.
@@ -215,7 +215,7 @@ class PeerGoal:
         )
 
     def follow(self, listener: Any, type_: ForeignType, on_feedback: Callable[[Any], None]) -> None:
-        """Call back with the feedback on this goal, as `result` waits."""
+        """Call a function with each feedback on this goal, while `result` waits."""
 
         def drain() -> None:
             while (received := listener.get(0)) is not None:
@@ -229,8 +229,8 @@ class PeerGoal:
         """Wait until the goal has ended; return its state and its result.
 
         Raises:
-            ActionGone: the server is there no more.
-            GoalCanceled: it is waited for no longer.
+            ActionGone: the server has ended.
+            GoalCanceled: `give_up` was called.
             RunEnded: the run has ended.
         """
         while not self._answer:

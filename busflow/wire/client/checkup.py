@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from busflow.bus.endpoint import UNANNOUNCED
@@ -56,20 +56,19 @@ _CALLS: Mapping[str, tuple[str, str]] = {
 
 def findings(graph: GraphView, tokens: Sequence[Token], answers: Answers) -> list[Problem]:
     """Return everything that is wrong, the errors first."""
-    checks: tuple[Callable[[], Iterator[Problem]], ...] = (
-        lambda: _failed_nodes(graph),
-        lambda: _namesakes(tokens),
-        lambda: _type_conflicts(graph),
-        lambda: _qos_conflicts(graph),
-        lambda: _unpublished(graph),
-        lambda: _unanswered(graph),
-        lambda: _drops(graph),
-        lambda: _losses(answers),
-        lambda: _calls(answers),
-        lambda: _inbox(answers),
-        lambda: _timers(answers),
+    found = (
+        *_failed_nodes(graph),
+        *_namesakes(tokens),
+        *_type_conflicts(graph),
+        *_qos_conflicts(graph),
+        *_unpublished(graph),
+        *_unanswered(graph),
+        *_drops(graph),
+        *_losses(answers),
+        *_calls(answers),
+        *_inbox(answers),
+        *_timers(answers),
     )
-    found = [problem for check in checks for problem in check()]
     return sorted(found, key=lambda problem: problem.severity is not Severity.ERROR)
 
 
@@ -141,7 +140,7 @@ def _unpublished(graph: GraphView) -> Iterator[Problem]:
 
 
 def _unanswered(graph: GraphView) -> Iterator[Problem]:
-    answered = {each.name for each in graph.services.values() if each.publishers and not _every_nodes(each)}
+    answered = {each.name for each in graph.services.values() if each.publishers and not _is_of_every_node(each)}
     for service in graph.services.values():
         clients = [end for end in service.subscriptions if not is_hidden(end.node)]
         if clients and not service.publishers:
@@ -150,8 +149,8 @@ def _unanswered(graph: GraphView) -> Iterator[Problem]:
             yield Problem("nobody-answers", text, fix, severity=Severity.WARNING)
 
 
-def _every_nodes(service: TopicView) -> bool:
-    """Return whether it is one of ROS 2's parameter services."""
+def _is_of_every_node(service: TopicView) -> bool:
+    """Return whether it is a service for parameters or log levels, which every node of ROS 2 has."""
     return service.type.startswith("rcl_interfaces/srv/")
 
 

@@ -127,7 +127,7 @@ class Peer:
         """Check that this client may do more than look.
 
         Raises:
-            NotAllowed: they may not; the run would leave it unanswered.
+            NotAllowed: it may not; the run would not answer.
         """
         self.run.require(what)
 
@@ -206,7 +206,7 @@ class Peer:
         return list(tokens.values()), answers
 
     def type(self, name: str, type_hash: str | None = None) -> ForeignType:
-        """A message type that the run uses, ready to read and write its messages; of several of a name, that hash's.
+        """Return a message type that the run uses, which reads and writes messages; a hash says which of several.
 
         Raises:
             NoSuchTarget: no topic of the run has this type.
@@ -296,10 +296,10 @@ class Peer:
             topic: its full name.
             type_: that of its messages.
             qos: what is offered, in the form of `qos_text.to_text`.
-            settle: whether to wait for that; who advertises several topics calls `settle` once instead.
+            settle: whether to wait for that; a caller that advertises several topics calls `settle` once instead.
 
         Raises:
-            NotAllowed: who has joined may only look.
+            NotAllowed: this client may only look.
         """
         self.require(f"publish {topic}")
         with (
@@ -311,11 +311,11 @@ class Peer:
             yield speaker
 
     def settle(self) -> None:
-        """Wait until all processes of the run have dealt with what this one shows; 2 s at most, where one is blocked.
+        """Wait until all processes of the run have handled this client's tokens; 2 s at most, where one is blocked.
 
-        Zenoh brings no question before the tokens that were declared before it, and no answer before the subscribers
-        that were. A process deals with tokens and questions on its loop, in their order: once it has answered it has
-        let the publishers here in, and what they publish gets there.
+        Zenoh delivers a query after the tokens that were declared before it, and an answer after the subscribers that
+        were. A process handles tokens and queries on its loop, in their order: once it has answered, it has admitted
+        this client's publishers, and receives what they publish.
         """
         for _ in self._replies("run", {}, _SETTLE_S):
             pass
@@ -413,7 +413,7 @@ class Peer:
 
 
 def run_called(name: str | None) -> FoundRun | RemoteRun:
-    """The run of a name on this machine; or, for `viewer@robot.yaml`, that of a launch file on other machines.
+    """Return the run of a name on this machine; or, for `viewer@robot.yaml`, that of a launch file on other machines.
 
     Raises:
         NoSuchRun: there is none, or it has to be said which.
@@ -428,7 +428,7 @@ def run_called(name: str | None) -> FoundRun | RemoteRun:
 
 @contextmanager
 def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Generator[Peer]:
-    """Be a member of a run while the block lasts; without a name, of the only one there is.
+    """Join a run while the block lasts; without a name, the only one there is.
 
     It waits for `patience_s` at most for each answer.
 

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, NamedTuple
 
 from busflow.clock import monotonic
-from busflow.errors import InspectionUnavailable, MalformedMessage, NoSuchTarget
+from busflow.errors import MalformedMessage, NoSuchTarget
 from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def follow_frames(peer: Peer, graph: GraphView, for_s: float | None) -> Iterator
 
     Raises:
         NoSuchTarget: no node of the run has to do with frames.
-        InspectionUnavailable: the run has ended.
+        RunEnded: the run has ended.
     """
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.msgs.tf2_msgs import TFMessage as Frames
@@ -72,7 +72,6 @@ def follow_frames(peer: Peer, graph: GraphView, for_s: float | None) -> Iterator
                         continue
                     yield FramesMessage(message, nodes.get(received.gid, ()), received.stamp_ns, fixed)
             if not arrived.wait(_CHECK_S if end_s is None else max(0.0, min(_CHECK_S, end_s - monotonic()))):
-                if not peer.alive:
-                    raise InspectionUnavailable(f"the run {peer.run.name} has ended")
+                peer.require_run()
                 yield None
             arrived.clear()

@@ -1,7 +1,7 @@
 """The graph of a run seen from outside: nodes and topics, from the tokens and answers of its processes.
 
-Tokens say who is on which topic, for ROS 2's nodes as for ours; the answers of busflow's processes add the counts,
-where each end is declared and what state a node is in. Pure: no session, no clock.
+Tokens say which node is on which topic, for ROS 2's nodes as for ours; the answers of busflow's processes add the
+counts, where each endpoint is declared and what state a node is in. Pure: no session, no clock.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def _require_version(name: str, wanted: str | None, found: str) -> None:
 
 
 def _shipped(name: str) -> ForeignType | None:
-    """Return one of busflow's own types, if it is one."""
+    """Return one of busflow's own types; None if this is not one."""
     found = _class_of(name)
     return None if found is None else _foreign(found)
 
@@ -111,7 +111,7 @@ def _class_of(name: str) -> Any:
 
 
 def _foreign(cls: Any) -> ForeignType:
-    """Return a class as a type that needs none."""
+    """Return the type of a class, for reading and writing without the class."""
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.typesupport import TypeSupport
 

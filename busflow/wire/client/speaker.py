@@ -25,13 +25,14 @@ class Speaker:
     """A client's publisher on one topic."""
 
     def __init__(self, way: Any, beside: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
-        """A speaker that may keep messages for late subscriptions; `beside` it, a plain publisher reports matches."""
+        """Create a speaker that publishes by `way`, which may keep messages; `beside` reports subscriptions."""
         self.published: int = 0
         self._way, self._type, self._gid, self._clock = way, type_, gid, clock
         self._matched = threading.Event()
         callback: Any = zenoh.handlers.Callback(self._on_match, indirect=False)
         self._matching = beside.declare_matching_listener(callback)
-        if matches(beside):
+        status: Any = beside.matching_status
+        if status.matching:
             self._matched.set()
 
     def wait_for_listener(self, timeout_s: float | None) -> bool:
@@ -58,14 +59,9 @@ class Speaker:
             self._matched.clear()
 
 
-def matches(way: Any) -> bool:
-    """Return whether a Zenoh publisher has a subscriber."""
-    return bool(way.matching_status.matching)
-
-
 @contextmanager
 def speaking(session: zenoh.Session, token: Token, type_: ForeignType, qos: str) -> Generator[Speaker]:
-    """A speaker for the publisher of this token while the block lasts; it keeps messages where its `qos` wants that."""
+    """Publish for this token while the block lasts; messages are kept for late subscriptions if `qos` says so."""
     from busflow.clock import SystemClock  # a client that only looks does not pay for asyncio
 
     key, stated = topic_key(token.topic, type_.name, type_.type_hash, domain=token.domain), from_text(qos)

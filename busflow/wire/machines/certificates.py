@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
 
 AUTHORITY = "ca"
-AUTHORITY_DAYS = 3650
+_AUTHORITY_DAYS = 3650
 DAYS = 730
 """How long a certificate is valid: long enough for a robot in the field, short enough for a lost key."""
 _SKEW = timedelta(hours=1)
 """A certificate is valid from a little before it is made, because clocks differ."""
-_OWN = 0o600
+_ONLY_OWNER = 0o600
 
 
 def require_cryptography() -> None:
@@ -44,8 +44,8 @@ def require_cryptography() -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
-    """A certificate of an authority, and the state it is in."""
+class Certificate:
+    """A certificate in an authority's folder, and whether it will be trusted."""
 
     name: str
     cert: Path
@@ -68,7 +68,7 @@ class Authority:
         self._cert, self._key = cert, key
 
     @classmethod
-    def new(cls, folder: Path, *, days: int = AUTHORITY_DAYS) -> Self:
+    def new(cls, folder: Path) -> Self:
         """Make an authority in a folder that has none.
 
         Raises:
@@ -85,7 +85,7 @@ class Authority:
         subject = _subject(f"busflow {folder.resolve().name}")
         usage = _usage(signs_certificates=True)
         cert = (
-            _draft(subject, subject, key, days)
+            _draft(subject, subject, key, _AUTHORITY_DAYS)
             .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
             .add_extension(usage, critical=True)
             .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
@@ -134,14 +134,14 @@ class Authority:
         """The end of its validity."""
         return self._cert.not_valid_after_utc
 
-    def add(self, name: str, *, addresses: Sequence[str] = (), days: int = DAYS, replace: bool = False) -> Made:
+    def add(self, name: str, *, addresses: Sequence[str] = (), days: int = DAYS, replace: bool = False) -> Certificate:
         """Make a certificate; a replacement keeps the addresses of its predecessor.
 
         Args:
-            name: whose it is: the machine, or who is allowed to join.
+            name: the machine or the client that it is for.
             addresses: where others look for it: addresses or names of hosts.
-            days: how long it is good for.
-            replace: it may take the place of one that is there.
+            days: how many days it is valid.
+            replace: whether it may replace one of this name.
 
         Raises:
             CertificateError: the name or an address is none, or there is one, or it cannot be written.
@@ -173,12 +173,12 @@ class Authority:
         _save(self.folder / name, cert, key)
         return self._check(path)
 
-    def made(self) -> list[Made]:
+    def certificates(self) -> list[Certificate]:
         """Return every certificate of the folder by name, without the authority's own."""
         paths = sorted(path for path in self.folder.glob("*.pem") if path.stem != AUTHORITY)
         return [self._check(path) for path in paths]
 
-    def _check(self, path: Path) -> Made:
+    def _check(self, path: Path) -> Certificate:
         from cryptography.exceptions import InvalidSignature
 
         cert = _read(path)
@@ -187,7 +187,7 @@ class Authority:
             cert.verify_directly_issued_by(self._cert)
         except (InvalidSignature, ValueError, TypeError):
             fault = "of another authority"
-        return Made(path.stem, path, _addresses(cert), cert.not_valid_after_utc, fault)
+        return Certificate(path.stem, path, _addresses(cert), cert.not_valid_after_utc, fault)
 
 
 def _now() -> datetime:
@@ -290,7 +290,7 @@ def _save(stem: Path, cert: x509.Certificate, key: EllipticCurvePrivateKey) -> N
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
     public = cert.public_bytes(serialization.Encoding.PEM)
-    for suffix, content, mode in ((".key", secret, _OWN), (".pem", public, 0o644)):
+    for suffix, content, mode in ((".key", secret, _ONLY_OWNER), (".pem", public, 0o644)):
         path = stem.with_name(f"{stem.name}{suffix}")
         draft = path.with_name(f".{path.name}.new")
         try:

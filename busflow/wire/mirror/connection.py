@@ -1,4 +1,4 @@
-"""Connection: the parts that all endpoints share which carry messages between a bus and a Zenoh session."""
+"""Connection: the parts shared by all endpoints that carry messages between a bus and a Zenoh session."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ from busflow.wire.zenoh.keys import QUERY_PREFIX
 from busflow.wire.zenoh.sender import DEPTH, MOST_BYTES
 
 if TYPE_CHECKING:
+    from busflow.wire.mirror.burst import Signed
     from busflow.wire.mirror.connection import Connection
 
 _PATIENCE_S = 1.0
@@ -34,7 +35,7 @@ class HeldMessages:
         """
         self.dropped: int = 0
         self._most = min(room, DEPTH)
-        self._messages: deque[tuple[bytes, bytes]] = deque()
+        self._messages: deque[Signed] = deque()
         self._bytes = 0
         self._all_answered = True
         callback: Any = zenoh.handlers.Callback(
@@ -58,7 +59,7 @@ class HeldMessages:
             self._bytes -= len(self._messages.popleft()[0])
             self.dropped += 1
 
-    def release(self) -> tuple[tuple[bytes, bytes], ...]:
+    def release(self) -> tuple[Signed, ...]:
         """Return the held messages, each with its attachment, and forget them."""
         messages = tuple(self._messages)
         self._messages.clear()

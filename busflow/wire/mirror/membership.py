@@ -64,8 +64,7 @@ class Membership(Extension):
         from busflow.wire.mirror.barrier import Barrier  # both modules need Zenoh
         from busflow.wire.mirror.mirror import Mirror
 
-        topics = [topic for each in self._graph.descriptions for topic in each.topics]
-        history = {topic.topic: topic.history for topic in topics if topic.history is not None}
+        history = _history(self._graph)
         self._mirror = Mirror(self._graph, session, self._card, self._process, history, self._about)
         self._mirror.begin()
         self._barrier = Barrier(self._mirror, session, self._process, on_change=self._on_change)
@@ -92,7 +91,7 @@ class Membership(Extension):
 
 
 def card_of(graph: Graph, name: str, *, since_ns: int, network: Network | None) -> RunCard:
-    """Return what the run of this graph, or of this main graph of several, says of itself."""
+    """Return the description of the run to which this graph belongs, alone or as the one of the main process."""
     file = next((each.file for each in graph.descriptions), "")
     packages = {key: str(path) for each in graph.descriptions for key, path in each.packages.items()}
     domain = None if network is None or network.ros2 is None else network.ros2.domain
@@ -112,10 +111,8 @@ def inspectable(graph: Graph, name: bool | str = True, *, network: Callable[[], 
         network: returns the links to others than this user's terminals; called when the graph starts.
     """
     own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
-    topics = [topic for each in graph.descriptions for topic in each.topics]
-    history = {topic.topic: topic.history for topic in topics if topic.history is not None}
     shown = own if name is True else str(name)
-    graph.attach(Inspection(graph, name=shown, history=history, network=network))
+    graph.attach(Inspection(graph, name=shown, network=network))
 
 
 class Inspection(Extension):
@@ -126,11 +123,9 @@ class Inspection(Extension):
         graph: Graph,
         *,
         name: str,
-        history: Mapping[str, int],
         network: Callable[[], Network | None] | None = None,
     ) -> None:
-        self._graph, self._name, self._history = graph, name, history
-        self._network = network
+        self._graph, self._name, self._network = graph, name, network
         self._log = graph.log.bind("busflow")
         self._directory: RunDirectory | None = None
         self._mirror: Mirror | None = None
@@ -177,13 +172,19 @@ class Inspection(Extension):
         name, process = directory.path.name, SOCKET.removesuffix(".sock")
         started_ns = SystemClock().now().nanoseconds  # wall time, whatever clock the graph has
         card = card_of(self._graph, name, since_ns=started_ns, network=network)
-        self._mirror = Mirror(self._graph, session, card, process, self._history)
+        self._mirror = Mirror(self._graph, session, card, process, _history(self._graph))
         self._mirror.begin()
         directory.write_card(card)
         if network is not None and network.ros2 is not None:
             self._log.info(str(network.ros2))
         if name != self._name:
             self._log.info(f"other terminals find this run as {name}")
+
+
+def _history(graph: Graph) -> Mapping[str, int]:
+    """Return how many messages of a topic are kept for `--last`, where a launch file says it."""
+    topics = [topic for each in graph.descriptions for topic in each.topics]
+    return {topic.topic: topic.history for topic in topics if topic.history is not None}
 
 
 def _version() -> str:

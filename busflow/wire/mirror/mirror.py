@@ -37,7 +37,7 @@ from busflow.wire.mirror.services import ServiceMirror
 from busflow.wire.mirror.token_intake import TokenIntake
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
-from busflow.wire.queries.server import Answers, Question
+from busflow.wire.queries.server import Question, QuestionServer
 from busflow.wire.shared_memory.arena import Arenas
 from busflow.wire.shared_memory.neighbours import MemoryNeighbours
 from busflow.wire.zenoh.keys import GRAPH, Token, TokenKind, split_name
@@ -115,7 +115,7 @@ class Mirror:
             self._node_id(unit.name)
         self._graph.bus.on_attach.append(self._on_attach)
         self._graph.bus.on_detach.append(self._on_detach)
-        answers = Answers(
+        answers = QuestionServer(
             self._session,
             self._process,
             {name: self._after_matching(question) for name, question in self._questions.all().items()},

@@ -40,7 +40,7 @@ class TokenIntake:
             log: gets one line when the first token is ignored.
         """
         self.ignored: int = 0
-        """Tokens that were too many."""
+        """Number of tokens that were ignored."""
         self._dispatcher, self._on_loop, self._token_handler, self._log = dispatcher, on_loop, handle, log
         self._there: set[str] = set()
         self._changed: dict[str, bool] = {}

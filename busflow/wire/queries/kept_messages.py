@@ -1,4 +1,4 @@
-"""History: the last messages of each topic, kept by reference for `--last`, also on volatile topics."""
+"""Kept messages: the last messages of each topic, kept by reference for `--last`, also on volatile topics."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class KeptMessages:
     """Keeps the last message of every topic, more where a launch file's `history:` says so."""
 
     def __init__(self, bus: Bus, depths: Mapping[str, int]) -> None:
-        """Create a history; it costs one append to a deque per publish. `depths` are by final topic name."""
+        """Keep nothing yet; a kept topic costs one append to a deque per publish. `depths` are by final topic name."""
         self._bus, self._depths = bus, depths
 
     def follow(self, topic: Topic[Any]) -> None:

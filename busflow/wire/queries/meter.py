@@ -133,7 +133,7 @@ class Meter:
         try:
             self._weigh(tally, message)
         except (BusflowError, AttributeError, TypeError, ValueError, ArithmeticError):
-            tally.odd += 1  # who measures must never be the reason why a publish fails
+            tally.odd += 1  # a measurement must never make a publish fail
 
     def _tally(self) -> Tally:
         """Return the tally of the message that is being published."""

@@ -66,11 +66,11 @@ class Questions:
         """Create the answers about a graph.
 
         Args:
-            graph: what runs.
-            card: what it says of itself.
+            graph: the nodes of this process.
+            card: the run's description of itself.
             process: this process's name.
-            supports: how each message class travels.
-            history: what is kept for `--last`.
+            supports: returns the type support of a message class.
+            history: the messages that are kept for `--last`.
             elsewhere: the tokens of other processes.
             about: what else `run` answers: `restarts`, or of the main process `members`, what it knows of the others.
         """
@@ -80,7 +80,7 @@ class Questions:
         self._is_for_ros2 = card.ros2_domain is not None
         self.parameter_log: ParameterLog = ParameterLog(graph.clock)
         self.left_topics: set[str] = set()
-        """Those of nodes that were deleted while the graph ran: not shown while they have no end."""
+        """Topics of nodes that left while the graph ran; not shown while they have no endpoint."""
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
         self._orders = OrdersByHand(graph)
@@ -122,7 +122,7 @@ class Questions:
         }
 
     def run(self, _arguments: Mapping[str, Any]) -> object:
-        """The run: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes, states, …}`.
+        """Return the run: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes, states, …}`.
 
         `interfaces` are its folders of definition files; the main process adds what it knows of the others.
         """
@@ -145,7 +145,7 @@ class Questions:
         return self._graph.report().as_json()
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
-        """This process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere, …}`."""
+        """Return `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere, …}`."""
         topics, inbox = self._graph.bus.topics.values(), self._graph.bus.inbox.statistics()
         timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.endpoints.timers]
         external = {each.topic for spec in self._graph.descriptions for each in spec.topics if each.external}
@@ -187,7 +187,8 @@ class Questions:
     def services(self, arguments: Mapping[str, Any]) -> object:
         """Return `{type, hash, request, response}` by service name, the last two as in `types`; `names` limits them.
 
-        With `events` there is also `event`, the type in which the calls are published; None of a node's own services.
+        With `events` there is also `event`, the type in which the calls are published; None for the services that
+        every node has.
         """
         wanted = arguments.get("names")
         services = self._graph.bus.services

@@ -1,4 +1,4 @@
-"""Answers: replies to the questions of clients, over Zenoh queries.
+"""QuestionServer: answers the questions of clients, over Zenoh queries.
 
 A question is a query on `@busflow/1/<process>/<question>` with its arguments as a JSON object. The answer is one reply,
 a JSON object: `{"answer": …}`, or `{"error": …, "kind": …}` if the question cannot be answered. Kept messages come
@@ -49,7 +49,7 @@ Question = Callable[[Mapping[str, Any]], object]
 """A function that answers a question on the event loop: arguments in, JSON-compatible data out."""
 
 
-class Answers:
+class QuestionServer:
     """Answers the questions of other processes."""
 
     def __init__(

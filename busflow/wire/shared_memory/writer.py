@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 _LEAST_MESSAGES = 4
 """An arena with room for fewer messages than this is replaced by a larger one."""
 _PATIENCE_S = 0.3
-"""How long a message waits for readers that are behind. One that reads nothing in this time is waited for no more
-until it has caught up.
+"""How long a message waits for readers that are behind. No message waits for a reader that reads nothing in this time,
+until that reader has caught up.
 """
 _PAUSE_S = 0.0002
 

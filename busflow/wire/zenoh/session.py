@@ -62,7 +62,7 @@ always be slower than its traffic, and messages that wait there become old: Zeno
 """
 
 
-_OF_A_NETWORK: dict[str, Any] = {
+_NETWORK_SETTINGS: dict[str, Any] = {
     "scouting/delay": 1,  # milliseconds; multicast scouting is off
     "timestamping/enabled": False,
     "adminspace/enabled": False,
@@ -142,7 +142,7 @@ def open_router(address: str) -> zenoh.Session:
         InspectionUnavailable: Zenoh is missing or refuses, or something listens there already.
     """
     require_zenoh()
-    return _opened(_settings([address], []) | _OF_A_NETWORK | {"mode": "router"})
+    return _opened(_settings([address], []) | _NETWORK_SETTINGS | {"mode": "router"})
 
 
 def _names_in(directory: Path) -> list[str]:
@@ -189,7 +189,7 @@ def _linked(own: Sequence[str], others: Sequence[str], network: Network) -> dict
         "listen/endpoints": [*own, *listens],
         "connect/endpoints": dials if router else [*others, *dials],
         "connect/timeout_ms": -1 if router else 0,  # -1 is for ever: a machine may come at any time
-        **_OF_A_NETWORK,
+        **_NETWORK_SETTINGS,
     }
 
 

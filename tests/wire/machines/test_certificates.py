@@ -62,14 +62,14 @@ def test_nothing_is_written_over_unless_that_is_said(authority: Authority):
 def test_what_cannot_be_named_is_refused(authority: Authority, name: str, addresses: list[str]):
     with pytest.raises(CertificateError):
         authority.add(name, addresses=addresses)
-    assert authority.made() == []
+    assert authority.certificates() == []
 
 
 def test_without_the_authoritys_key_no_certificate_is_made(authority: Authority, tmp_path: Path):
     (authority.folder / "ca.key").unlink()
     with pytest.raises(CertificateError, match="made where the authority's key is"):
         Authority.open(authority.folder)
-    assert Authority.open(authority.folder, to_sign=False).made() == []
+    assert Authority.open(authority.folder, to_sign=False).certificates() == []
     with pytest.raises(CertificateError, match="busflow certs new"):
         Authority.open(tmp_path / "nowhere")
 
@@ -78,5 +78,5 @@ def test_existing_certificates_are_listed(authority: Authority, tmp_path: Path):
     authority.add("arm", days=7)
     other = Authority.new(tmp_path / "other")
     (authority.folder / "far.pem").write_bytes(other.add("far").cert.read_bytes())
-    told = {each.name: each.fault for each in authority.made()}
+    told = {each.name: each.fault for each in authority.certificates()}
     assert told == {"arm": "", "far": "of another authority"}
