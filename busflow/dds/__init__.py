@@ -4,7 +4,7 @@ The bridge is a process beside the run (`process`): `busflow dds`, or started wi
 again when it fails. A fault of the DDS library, in C, ends the bridge and not the run.
 
 - `bridge` joins the run as a process with a socket, and the domain as one participant (`participant`). It looks at both
-  sides whenever one of them changes: `topics` and `services` then have what there should be.
+  sides whenever one of them changes: `topics` and `services` then open what is needed and close the rest.
 - A topic goes out by an `outlet`, with a DDS writer for each publisher, and in by an `inlet`, with one reader. The
   bytes of a message are ROS 2's CDR on both sides and stay as they are; `idl` makes the DDS types that carry them, from
   the descriptions that the run offers. A message from DDS waits until the run knows its writer.
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def attach_bridge(graph: Graph) -> None:
-    """Attach a bridge to DDS to a graph whose launch file asks for one, after what lets other terminals find the run.
+    """Attach a bridge to DDS to a graph whose launch file asks for one; call it once other terminals can find the run.
 
     Raises:
         LaunchError: the environment names no valid domain.

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 _LISTED_NS = 1_000_000_000
 """How long ROS 2 may take to list the node of an endpoint; its messages wait meanwhile."""
 _LOOK_S = 1.0
-"""How often it is looked whether the run still exists."""
+"""Interval of the checks whether the run still exists."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class DdsBridge:
         interface: str | None = None,
         log: Callable[[str], None],
     ) -> None:
-        """Join both sides; `serve` carries.
+        """Join both sides; `serve` then carries messages and calls.
 
         Args:
             run: the run, on this machine.
@@ -96,7 +96,7 @@ class DdsBridge:
         self._clock = SystemClock()
         self._tokens: dict[str, Token] = {}
         self._unlisted: dict[bytes, int] = {}
-        """By gid of an endpoint that no list of nodes has, though it will, when it came."""
+        """By gid of an endpoint that no node list has yet, the time at which it came."""
         carriers = Carriers()
         self._participant = participant = Participant(domain, interface)
         if not participant.is_confined:
@@ -168,7 +168,7 @@ class DdsBridge:
         self.carried.warn(f"{type(error).__name__}: {error}")
 
     def _update(self) -> None:
-        """Make what the bridge has the same as what there should be."""
+        """Bring outlets, inlets, servers and tokens up to date with both sides."""
         tokens = list(self._tokens.values())
         run = [token for token in tokens if token.topic and self._allows(token.topic)]
         ends = [end for end in self._neighbours.ends if self._allows(end.name.name)]

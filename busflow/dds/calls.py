@@ -36,22 +36,22 @@ if TYPE_CHECKING:
 _HEADER = struct.Struct("<Qq")
 _ENCAPSULATION = 4
 _UNSIGNED = (1 << 64) - 1
-"""cyclonedds returns a handle, which has no sign, with one."""
+"""Mask that makes a handle unsigned: cyclonedds returns it as a signed number."""
 _BODY = _ENCAPSULATION + _HEADER.size
 _WAITING = 1000
 """Calls of one service that may wait for an answer."""
 _FOREVER_S = 10 * 365 * 86_400
 """Zenoh's time limit of a query, which it requires: ROS 2's clients have none."""
 _PIECE_S = 0.01
-"""How often it is looked whether the other side's reader is known."""
+"""Interval of the checks whether the other side's reader is known."""
 _CLIENT_PIECES = 10
-"""How many times for a client that has asked; ROS 2 waits 100 ms too."""
+"""Number of these checks for a client that has asked: 100 ms, as in ROS 2."""
 _SERVER_PIECES = 100
-"""How many times for a server that has just come, before the first request is written all the same."""
+"""Number of these checks for a server that has just come; after them the first request is written all the same."""
 
 
 class BridgeParts:
-    """What all that crosses shares: the run, this participant, and the thread that writes requests and answers."""
+    """Parts that all topics and services share: the run, this participant, the thread that writes requests, counts."""
 
     def __init__(
         self,

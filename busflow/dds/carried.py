@@ -1,4 +1,4 @@
-"""What a bridge has carried, and the log lines that it writes about its neighbours."""
+"""Carried: counts of what a bridge has carried, and the log lines that it writes about its neighbours."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Carried:
     dropped: int = 0
     """Messages that were lost here: the other side was too slow."""
     faults: int = 0
-    """Messages, names and types of neighbours that could not be what they claimed."""
+    """Messages, names and types of neighbours that were not valid."""
     _lines: set[str] = field(default_factory=set[str])
     _counting: threading.Lock = field(default_factory=threading.Lock)
 

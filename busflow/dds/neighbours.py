@@ -49,7 +49,7 @@ class NeighbourEnd:
     """The hash of its type, if it states one."""
     qos: WireQoS
     end_id: str
-    """By which a client or server says which reader and writer are its own; empty if it does not."""
+    """The text by which a client or server says which reader and writer are its own; empty if it does not."""
     is_writer: bool
 
 

@@ -1,4 +1,4 @@
-"""Services: what crosses the bridge of services, as both sides have them now."""
+"""Services: the services that cross the bridge, as both sides have them now."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Services:
         self._kinds: dict[bytes, ServiceKind] = {}
 
     def update(self, run: Sequence[Token], ends: Sequence[NeighbourEnd]) -> None:
-        """Make the servers on both sides those that there are."""
+        """Show each side the servers that the other one has now."""
         self._update_servers({str(token): token for token in run if token.kind is TokenKind.SERVICE})
         asked = [end for end in ends if end.name.use is NameUse.REQUEST and not end.is_writer]
         self._update_neighbours({end.gid: end for end in asked})
@@ -40,7 +40,7 @@ class Services:
         return self._kinds.get(end.gid)
 
     def learn(self, ends: Sequence[NeighbourEnd]) -> None:
-        """Look up the services of neighbours' servers that are not known yet, as far as the run or this machine can."""
+        """Look up the types of neighbours' services that are not known yet, in the run and on this machine."""
         asked = {end.gid: end for end in ends if end.name.use is NameUse.REQUEST and end.type.endswith(_REQUEST)}
         self._kinds = {gid: kind for gid, kind in self._kinds.items() if gid in asked}
         unknown = [end for gid, end in asked.items() if gid not in self._kinds]

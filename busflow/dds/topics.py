@@ -1,4 +1,4 @@
-"""Topics: what crosses the bridge of topics, as both sides have them now."""
+"""Topics: the topics that cross the bridge, as both sides have them now."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Topics:
         self._outlets: dict[_Key, TopicOutlet] = {}
         self._writers: dict[str, tuple[Token, bytes]] = {}
         self._compared: set[tuple[str, bytes]] = set()
-        """Publishers of the run and readers of neighbours of which it is known whether they fit."""
+        """Pairs of a publisher of the run and a neighbour's reader that have been compared."""
         self._inlets: dict[str, TopicInlet] = {}
         self._speakers: dict[bytes, tuple[Token, ExitStack]] = {}
         """By gid of a neighbour's writer, its token and what ends its speaker."""
         self._ready: list[tuple[TopicInlet, bytes, Speaker | None]] = []
 
     def update(self, run: Sequence[Token], ends: Sequence[NeighbourEnd]) -> None:
-        """Make outlets and inlets those that the endpoints of the run and of neighbours need."""
+        """Open and close outlets and inlets, as the endpoints of the run and of neighbours need them."""
         ends = [end for end in ends if end.name.use is NameUse.TOPIC]
         self._update_writers({str(token): token for token in run if token.kind is TokenKind.PUBLISHER})
         read = {(end.name.name, end.type) for end in ends if not end.is_writer}

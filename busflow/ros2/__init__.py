@@ -40,7 +40,7 @@ def ros2_network(
 
 
 def attach_successor(graph: Graph) -> None:
-    """Attach to a graph with nodes of ROS 2 over Zenoh what takes their router's place when it has ended."""
+    """Attach a `RouterSuccessor` to a graph, if its nodes of ROS 2 come over Zenoh."""
     spec = _spec_of(graph.descriptions)
     if spec is not None and spec.transport is Ros2Transport.ZENOH:
         from busflow.ros2.successor import RouterSuccessor

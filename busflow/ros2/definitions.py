@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from busflow.wire.client.graph_view import GraphView
     from busflow.wire.zenoh.keys import Token
 
-_LOW = Severity.WARNING
 _MOST_LINES = 40
 """Lines of a diff that are shown."""
 _CONTEXT = 1
@@ -24,7 +23,7 @@ _CONTEXT = 1
 
 
 def differences(peer: Peer, graph: GraphView) -> Iterator[Problem]:
-    """Yield, for each topic with two definitions of one type, in what they differ."""
+    """Yield a finding for each topic with two definitions of one type: the lines that differ."""
     seen: set[tuple[str, ...]] = set()
     for topic in graph.topics.values():
         ends: Mapping[str, Token] = {
@@ -43,13 +42,13 @@ def _difference(peer: Peer, ends: Sequence[Token]) -> Problem:
     if unknown:
         text = f"definitions of {name} differ, and {' and '.join(unknown)} does not say what its own is"
         fix = f"compare its .msg file with busflow interface show {name}"
-        return Problem("definitions-differ", text, fix, severity=_LOW)
+        return Problem("definitions-differ", text, fix, severity=Severity.WARNING)
     (one, first), (other, second) = ((node, found or []) for node, found in lines.items())
     details = list(unified_diff(first, second, one, other, lineterm="", n=_CONTEXT))
     if len(details) > _MOST_LINES:
         details[_MOST_LINES:] = [f"and {len(details) - _MOST_LINES} lines more"]
     text, fix = f"{one} and {other} have different definitions of {name}", "use the same definition on both sides"
-    return Problem("definitions-differ", text, fix, severity=_LOW, details=tuple(details))
+    return Problem("definitions-differ", text, fix, severity=Severity.WARNING, details=tuple(details))
 
 
 def _lines(peer: Peer, end: Token) -> list[str] | None:
