@@ -1,4 +1,4 @@
-"""Accounts of actions in a report's form: read from those of the services `send_goal`, which hold them."""
+"""Accounts of actions in the form of a report, taken from the accounts of their `send_goal` services."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ActionClient: sends goals, and waits for what comes of them; `SentGoal` is one of them."""
+"""ActionClient: sends goals, and waits for their results; a `SentGoal` is one of them."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class ClientEnds:
 
 
 class ActionClient(Generic[A]):
-    """The asking end of an action."""
+    """A client of an action."""
 
     def __init__(
         self, action_type: type[ActionType], types: DerivedTypes, clock: Clock, identifiers: Identifiers
@@ -138,7 +138,7 @@ class ActionClient(Generic[A]):
         timeout: float | None = None,  # as above
         depth: int = DEPTH,
     ) -> SentGoal[Parts[G, R, F]]:
-        """Send a goal for the time of a block: `async with self.move.send(goal) as going`.
+        """Send a goal that lasts as long as a block: `async with self.move.send(goal) as going`.
 
         Leaving the block in any way cancels the goal if it has not ended. The block begins when the goal is accepted.
 
@@ -341,7 +341,7 @@ class SentGoal(Generic[A]):
         self._feedback.wake()
 
     def _close(self, end: str) -> None:
-        """Want no more of the goal; a goal without an outcome ends in this way."""
+        """Forget the goal; if it has no outcome yet, it ends in this way."""
         self._client.sent.pop(self.id.bytes, None)
         if self._limit is not None:
             self._limit.cancel()

@@ -1,4 +1,4 @@
-"""The ends of an action's services that are not plain ones: they know goals, and account for them."""
+"""Endpoints of an action's services that know goals, and account for them; the other endpoints are plain ones."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 REJECTED = "rejected"
 LEFT = "left"
 LOST = "lost"
-"""Ends of goals besides the terminal states."""
+"""Outcomes of goals besides the terminal states."""
 
 
 class GoalServer(Server[Any, Any]):

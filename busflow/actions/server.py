@@ -62,7 +62,7 @@ class ServerEnds:
 
 
 class ActionServer(Generic[A]):
-    """The answering end of an action; on a node it is the attribute below `@action`."""
+    """The server of an action; on a node it is the attribute below `@action`."""
 
     def __init__(
         self,

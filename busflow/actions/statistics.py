@@ -1,4 +1,4 @@
-"""Accounts of actions: what became of the goals that a server received, or a client sent."""
+"""Accounts of actions: how the goals ended that a server received, or a client sent."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ class ChildSink(Protocol):
         ...
 
     def on_print(self, line: str, *, error: bool) -> None:
-        """Handle a line that a node printed."""
+        """Handle a line that the child printed."""
         ...
 
 

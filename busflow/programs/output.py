@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 LINES_PER_SECOND = 1000
 """The most lines of a program that the log takes in a second."""
 _HELD_UP = 10
-"""Multiple of that from which on the program itself is held up, so that reading its output takes no whole core."""
+"""Multiple of that rate above which reading pauses and so holds up the program; else it would take a whole core."""
 
 
 class Output:
