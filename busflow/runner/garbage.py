@@ -1,9 +1,9 @@
 """Garbage collection in small steps, so that it does not hold up a graph that has started.
 
-A full collection looks at every object there is: 35 ms for the 70,000 of a small graph, 120 ms for 600,000, in which
-no handler runs. What is there when a graph has started is there to stay, so it is left out from then on (frozen), and
-what comes later is looked at all together more seldom. Messages are no cycles: they go with their last reference,
-and that needs no collector.
+A full collection looks at every object: 35 ms for the 70,000 of a small graph, 120 ms for 600,000, and no handler runs
+meanwhile. The objects that exist when a graph has started mostly stay, so they are left out from then on (frozen), and
+full collections of later ones are rarer. Messages form no cycles: they go with their last reference, without the
+collector.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class StepwiseCollection:
             gc.freeze()
             gc.set_threshold(*THRESHOLDS)
 
-    def leave_nothing_out(self) -> None:
+    def unfreeze(self) -> None:
         """Unfreeze the objects that `begin` froze: some of them may be garbage now."""
         if self._thresholds is not None:
             gc.unfreeze()

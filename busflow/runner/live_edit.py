@@ -1,4 +1,4 @@
-"""Watch: reads a launch file again when it is edited, and changes the running graph accordingly."""
+"""FileWatch: reads a launch file again when it is edited, and changes the running graph accordingly."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class FileWatch(Extension):
     """Watches the files of a launch description that runs."""
 
     def __init__(self, graph: Graph, description: LaunchDescription, read: Reader) -> None:
-        """A watch that begins when the graph starts, and ends with it."""
+        """Create a watch, which begins when the graph starts and ends with it."""
         self._graph = graph
         self._description = description
         self._read = read

@@ -1,4 +1,4 @@
-"""Orphan tasks: what nodes give to the event loop themselves fails its node, also where nothing awaits it.
+"""Orphan tasks: a task that a node itself gives to the event loop fails that node, also if nothing awaits it.
 
 Theory of operation. asyncio reports an exception that was never retrieved when the task is collected: late, or never
 while something holds it. So a loop that runs a graph makes its tasks through `OrphanTasks`, which notes their node:
@@ -115,7 +115,7 @@ class OrphanTasks:
         return task
 
     def close(self, life: NodeLifetime | None = None) -> None:
-        """A node has ended, or the loop: its tasks that failed and were never awaited count as failures now."""
+        """Count failed tasks that nothing has awaited as failures, now that their node, or the loop, has ended."""
         for failed in [each for each in self._failed.values() if life is None or each.life is life]:
             del self._failed[id(failed.error)]
             if not failed.is_awaited:
@@ -158,7 +158,7 @@ class OrphanTasks:
             loop.call_soon_threadsafe(self._fail, life, origin, error)
 
     def _report(self, context: dict[str, Any]) -> None:
-        """Report as without a graph: the way of the loop's owner, else asyncio's."""
+        """Report as if there were no graph: by the handler of the loop's owner, else by asyncio's."""
         if (before := self._before[1]) is not None:
             before(self._loop, context)
         else:

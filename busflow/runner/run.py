@@ -81,7 +81,7 @@ class _Program(Extension):
 
         Where that is before all nodes have started, the run's time counts from the beginning: one may never start.
         """
-        self._collection.leave_nothing_out()
+        self._collection.unfreeze()
         if self._limit_s is not None and not self._started:
             left_s = max(0.0, self._limit_s - self._graph.clock.seconds())
             asyncio.get_running_loop().call_later(left_s, self._end_starting)

@@ -30,7 +30,7 @@ def units_of(
 ) -> list[Unit]:
     """Make a unit for each member; it may wait for the others, for those `beside`, and for what the extensions have.
 
-    What is nowhere is a program that takes no part, as on simulated time: nothing waits for it.
+    A name that is found nowhere is that of a program that takes no part, as on simulated time: nothing waits for it.
     """
     units = [Unit(each.node, plugin=each.plugin, overseer=overseer, supervision=each.supervision) for each in members]
     others = (each for extension in extensions for each in extension.prerequisites())

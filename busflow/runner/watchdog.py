@@ -2,7 +2,7 @@
 
 Theory of operation. A thread wakes up twice per bound and looks where the loop's thread is. Mostly that is in `select`,
 and then nothing is blocked. Where it is not, the loop is asked to set a flag, which it does in its next turn. No turn
-within the bound is a block: the thread's stack then shows who. The loop itself pays only for setting the flag.
+within the bound is a block: the thread's stack then shows the handler. The loop itself only pays for setting the flag.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def test_existing_collector_policy_stays(own):
             with closing(StepwiseCollection()) as collection:
                 collection.begin()
                 assert (gc.get_threshold(), is_frozen()) == (values, own == "frozen")
-                collection.leave_nothing_out()
+                collection.unfreeze()
                 assert is_frozen() is (own == "frozen")
             assert (gc.get_threshold(), is_frozen()) == (values, own == "frozen")
         finally:
@@ -97,6 +97,6 @@ def test_replaced_node_can_be_collected_after_a_restart():
         del ring
         gc.collect()
         assert gone == []
-        collection.leave_nothing_out()
+        collection.unfreeze()
         gc.collect()
         assert gone == [True]

@@ -34,7 +34,7 @@ class Lever(StrEnum):
 
 
 Place: TypeAlias = tuple[int, Lever, int]
-"""Where in a run a choice is: the virtual time in ns, the lever, and the how manieth of that lever at that time.
+"""Where in a run a choice is: the virtual time in ns, the lever, and its number among those of that lever then.
 
 To set one choice back moves no other one to a different place, but for those of its own lever and instant."""
 
@@ -100,7 +100,7 @@ class Schedule:
             only=lambda chosen: _may_overtake(ready[chosen]),
         )
 
-    # Behind it.
+    # Choosing.
 
     def _choose(
         self,

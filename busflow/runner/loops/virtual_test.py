@@ -92,7 +92,7 @@ def virtual_time(
     Args:
         test: The test, an `async def`; it keeps its name and its parameters, which pytest reads as fixtures.
         seed: One order of events, the same every time; None is first in, first out.
-        horizon_s: Where virtual time ends, with an error that names who still waits.
+        horizon_s: Where virtual time ends, with an error that names the tasks that still wait.
         follows: Time stands still but for what is published on `/clock`.
         thread_s: Real seconds that one call in a worker thread may take; time stands still for it.
     """
