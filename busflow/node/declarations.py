@@ -226,7 +226,7 @@ def publisher(message_type: type[M], topic: str, qos: QoS | None = None) -> Publ
 
 
 def client(service_type: type[Pair[Req, Res]], service: str) -> ClientDeclaration[Req, Res]:
-    """Ask a service.
+    """Call a service.
 
     Write `reset = client(Trigger, "sensor_publisher/reset")` in the class, `await self.reset.call()` in its methods.
     """

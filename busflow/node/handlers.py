@@ -54,7 +54,7 @@ class ServiceRole:
 
 
 NOT_STATED = object()
-"""Instead of an annotation that is not there; None would be one."""
+"""Stands for a missing annotation; None would be a valid one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ class Handler(Declaration, Generic[P, R]):
         self._surroundings: Mapping[str, Any] = {}
 
     def renewed(self, function: FunctionType) -> Handler[..., Any]:
-        """The handler that a method of a subclass is which overrides this one without a decorator."""
+        """The handler of a subclass's method that overrides this one without a decorator."""
         return Handler(function, self.roles, self)
 
     @overload
@@ -202,7 +202,7 @@ def subscription(
 
 
 def on_event(topic: str) -> HandlerDecorator:
-    """Handle events of this node's own ends of a topic.
+    """Handle events of this node's own endpoints of a topic.
 
     Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
     """

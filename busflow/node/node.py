@@ -195,7 +195,7 @@ class Node(_RclpyNames):
     async def stop(self) -> None:
         """Close what `start` opened; called also when `start` failed half-way."""
 
-    # What the declarations are sugar for.
+    # Endpoints without a declaration in the class.
 
     def create_publisher(self, message_type: type[M], topic: str, qos: QoS | None = None) -> Publisher[M]:
         """Publish a topic from now on.
@@ -236,7 +236,7 @@ class Node(_RclpyNames):
         return self._runtime.create_service(service_type, service, handler, depth=depth, origin=origin, line=written)
 
     def create_client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
-        """Ask a service from now on.
+        """Call a service from now on.
 
         Raises:
             InvalidName, IncompatibleType: at once, when the node is part of a graph.

@@ -89,7 +89,7 @@ class Holder(Protocol):
 
 
 class ParameterStore:
-    """ParameterStore: the parameters of `node.parameters` one by one, and the only code that replaces it.
+    """The parameters of `node.parameters` one by one; only this class replaces that attribute.
 
     The node's own attribute is the truth; a restart builds the node from it. Everything here belongs
     to the thread of the graph's event loop.
@@ -179,7 +179,7 @@ class ParameterStore:
         self._set_at_run_time = set(former._set_at_run_time)
 
     def remember(self, names: Iterable[str], times_set: int) -> None:
-        """Know that these were changed in a life of the node that another process had."""
+        """Record that these were changed in an earlier life of the node's process."""
         self._set_at_run_time |= set(names) & self.infos.keys()
         self.times_set += times_set
 

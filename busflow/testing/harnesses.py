@@ -1,7 +1,7 @@
 """Harness: a whole graph of unchanged nodes in one test, on virtual time.
 
 It is `busflow.launch` with a simulated clock, and adds what a test needs: to let time pass, to see what was published,
-and to do harm.
+and to inject faults.
 """
 
 from __future__ import annotations
@@ -353,7 +353,7 @@ class Harness:
         """Return a client of an action of the test's own, to follow and cancel its goals."""
         return self.graph.outside().action_client(action_type, action)
 
-    # The harm it does.
+    # Faults that the test injects.
 
     def fail(self, which: type[Node] | str, error: BaseException) -> None:
         """Make a node fail now, as if its own code had raised; `harness(expect_failure=…)` makes the test expect it."""
@@ -375,7 +375,7 @@ class Harness:
         """Set the clock of the stamps forwards or backwards; timers and `advance` go on as before."""
         self.clock.jump(Duration(seconds=seconds))
 
-    # Behind it.
+    # Topics and their traffic.
 
     def _on_attach(self, attached: object) -> None:
         """Listen to every topic from the moment it exists."""
