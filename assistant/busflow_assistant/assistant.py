@@ -64,7 +64,7 @@ class Assistant(Node):
 
     @property
     def engine_name(self) -> str:
-        """What answers without a server."""
+        """The name of the engine that answers without a server."""
         return WITH_EMBEDDINGS if self.reorder is not None else EXTRACTIVE
 
     @subscription("assistant/index", qos=TRANSIENT_LOCAL)
@@ -76,7 +76,7 @@ class Assistant(Node):
         self.publish_state(len(index.pages))
 
     def publish_state(self, pages: int) -> None:
-        """Publish what answers, and where questions go."""
+        """Publish the engine that answers, and where questions go."""
         host = self.server.address.host if self.server is not None else ""
         model = self.server.address.model if self.server is not None else ""
         self.state.publish(AssistantState(pages=pages, engine=self.engine_name, host=host, model=model))
@@ -178,7 +178,7 @@ class PartStream:
 
 
 def load_embedder(folder: Path) -> Reorder:
-    """Return what orders units by a model of sentences too."""
+    """Return a function that orders units by a sentence model too."""
     from busflow_assistant.embedder import Embedder  # of the extra
     from busflow_assistant.fusion import Fusion
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float32]
 
 MOST_TOKENS = 128
-"""What is beyond in a sentence is not looked at."""
+"""Tokens of a sentence that are read; the rest is ignored."""
 _BATCH = 32
 
 

@@ -23,11 +23,11 @@ QUESTION_CHARACTERS = 2_000
 SOME = 12
 """Characters of a sentence that make it selected."""
 ELSEWHERE = "Not in your selection; the page says:"
-"""What stands before an answer from outside the selection."""
+"""The text before an answer from outside the selection."""
 
 
 Reorder = Callable[[str, Sequence[Ranked]], list[Ranked]]
-"""What puts the units that may answer a question in another order."""
+"""A function that reorders the units that may answer a question."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Engine:
     """Answers questions about pages from their text alone."""
 
     def __init__(self, pages: Iterable[Page], reorder: Reorder | None = None) -> None:
-        """An engine of some pages; `reorder` may change the order of units, by their meaning for one."""
+        """Create an engine for some pages; `reorder` may change the order of units, by their meaning for example."""
         known = tuple(pages)
         self._reorder = reorder
         self._book = SearchIndex(known)
@@ -101,7 +101,7 @@ def _inside(index: SearchIndex, chosen: Extent) -> frozenset[int]:
 
 
 def _answered(asked: AskedQuestion, grounds: Grounds) -> Answer:
-    """The selection's answer, else the page's, said to be that, else a refusal."""
+    """Return the selection's answer, else the page's, marked as such, else a refusal."""
     matched = match(asked, grounds.index)
     if grounds.selected is not None:
         ranked, citations = _cited(asked, matched, grounds, grounds.selected)

@@ -1,4 +1,4 @@
-"""What speaks for a unit as the answer to a question, in numbers, and how much each of them counts."""
+"""Features of a unit as the answer to a question, in numbers, and the weight of each."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ _KEPT = 20_000
 
 
 class SentenceModel(Protocol):
-    """What makes vectors of length 1 out of texts."""
+    """A model that turns texts into vectors of length 1."""
 
     def embed(self, texts: Sequence[str]) -> npt.NDArray[np.float32]:
         """Return a vector for each text."""

@@ -1,4 +1,4 @@
-"""Orders to the assistant, in a question: recognised so that they are refused, never so that they are obeyed."""
+"""Orders to the assistant, in a question: they are recognised in order to be refused."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ Signature = tuple[tuple[str, int, int], ...]
 
 
 def signature(places: Iterable[str]) -> Signature:
-    """Return what shows whether the files have changed since."""
+    """Return a value that differs if a file has changed since."""
     found: list[tuple[str, int, int]] = []
     for name, path in _files(places):
         try:

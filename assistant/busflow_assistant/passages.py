@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class PassageShape(StrEnum):
-    """What a passage is on its page."""
+    """The form of a passage on its page."""
 
     HEADING = "heading"
     PROSE = "prose"

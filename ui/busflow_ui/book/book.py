@@ -41,7 +41,7 @@ class _Read:
 
 
 class _ChapterLinks:
-    """Links of one chapter: what is in the book, what is another site's, and nothing else."""
+    """The links of one chapter: those into the book and those to other sites; all others are left out."""
 
     def __init__(self, name: str, files: BookFiles) -> None:
         self._folder, self._files = str(PurePosixPath(name).parent), files

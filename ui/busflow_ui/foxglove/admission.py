@@ -1,8 +1,8 @@
 """Admission: accepts or refuses connections by the page and the address that their handshake names.
 
-A page of any site that a person opens in a browser may connect to a port of this machine; the browser says in `Origin`
-whose page it is, and only a browser's word is needed, since who is no browser can do as much by other ways. `Host` is
-the name under which we were found: a foreign one is a site whose name was made to lead here.
+A page of any site that is open in a browser may connect to a port of this machine. The browser names the page's site in
+`Origin`. Only browsers need this check: any other program can do as much in other ways. `Host` is the name by which the
+server was found; a foreign one belongs to a site whose name was made to lead to this machine.
 """
 
 from __future__ import annotations

@@ -133,7 +133,7 @@ class Catalogue:
         offered = {_key(each): id_ for id_, each in self.channels.items()}
         new: list[OfferedTopic] = []
         for key, topic in topics.items():
-            if key in offered:  # who is on its ends decides how it is listened to
+            if key in offered:  # its publishers decide how it is subscribed to
                 self.channels[offered[key]] = replace(self.channels[offered[key]], topic=topic)
             else:
                 new.append(OfferedTopic(self._next(), topic, key[1]))

@@ -67,7 +67,7 @@ class Publications:
             speaker = ending.enter_context(self._peer.advertise(channel.topic, type_, qos=qos, settle=False))
             is_json = channel.encoding == "json"
             self._open[channel.id] = _Publication(channel.topic, type_, qos, is_json, speaker, ending.pop_all())
-        if self._closed:  # meanwhile, in the event loop's thread: who closed has not seen this one
+        if self._closed:  # meanwhile, in the event loop's thread: `close` has not seen this one
             self.end(channel.id)
 
     def new_misfits(self, graph: GraphView) -> Iterator[str]:

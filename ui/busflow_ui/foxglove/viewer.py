@@ -115,7 +115,7 @@ class Viewer:
             is_taken: takes a message that the protocol does not know; False where it is none of those.
 
         Raises:
-            ExceptionGroup: Sending, hearing or a call has failed by a mistake of ours; with one, the others end.
+            ExceptionGroup: Sending, receiving or a call has failed by a bug in busflow; the others then end too.
         """
         try:
             async with asyncio.TaskGroup() as self._tasks:
@@ -412,5 +412,5 @@ class Viewer:
         if self._is_woken:
             return
         self._is_woken = True
-        with suppress(RuntimeError):  # the loop has ended, and with it everybody to whom it could be sent
+        with suppress(RuntimeError):  # the loop has ended, and all viewers with it
             self._loop.call_soon_threadsafe(self._wake.set)

@@ -1,4 +1,4 @@
-"""RecordingSource: the recording that pages look at, each page at a moment of its own."""
+"""RecordingSource: the recording that pages show, each page at a moment of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""LastErrors: the errors that a run logged just before its end, which no question can be asked about any more."""
+"""LastErrors: the errors that a run logged just before its end; the run can no longer be asked for them."""
 
 from __future__ import annotations
 

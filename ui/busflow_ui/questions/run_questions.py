@@ -64,7 +64,7 @@ class RunQuestions:
         self._places: Mapping[str, str] | None = None
         self._reading_places = asyncio.Lock()
         self._mistakes: set[str] = set()
-        """Followed questions that failed by a mistake of ours; each is reported once."""
+        """Followed questions that failed by a bug in busflow; each is reported once."""
         self._recorder = PageRecorder(bridge.peer)
         self._errors = LastErrors(bridge)
         self._shared = Allowance(QUESTIONS_OF_OTHERS)

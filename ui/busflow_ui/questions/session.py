@@ -17,7 +17,7 @@ _MOST_ASKED = 16
 
 Answer: TypeAlias = Callable[[Mapping[str, Any]], Awaitable[object]]
 AnswerInParts: TypeAlias = Callable[[Mapping[str, Any], Callable[[object], None]], Awaitable[object]]
-"""Takes what sends a part of the answer too."""
+"""A function that also takes a function with which it sends parts of the answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Question:
 
     answer: Answer
     in_parts: AnswerInParts | None = None
-    """Answers too, and sends parts of it before."""
+    """Answers, and sends parts of the answer before."""
     changes: Callable[[Mapping[str, Any]], bool] = lambda _arguments: False
     """Returns whether it changes the run or a file, which a page that may only look cannot."""
     remaining: Callable[[], Remaining] | None = None
@@ -171,5 +171,5 @@ class AskingOnly:
 
 
 def mistake(question: str, error: Exception) -> str:
-    """Return the line that reports an answer which failed by a mistake of ours."""
+    """Return the line that reports an answer which failed by a bug in busflow."""
     return f"error: {question} failed; this is a bug in busflow, please report it: {error!r}"

@@ -45,7 +45,7 @@ class Recording:
     """Recording that is shown. It is read by one thread at a time."""
 
     def __init__(self, bag: Bag) -> None:
-        """Look at what there is.
+        """Read the topics of a bag, and its times.
 
         Raises:
             InvalidInput: It holds no message.
@@ -67,7 +67,7 @@ class Recording:
         self._ids = {each.channel: each.id for each in self.topics.values()}
 
     def close(self) -> None:
-        """Let go of the recording."""
+        """Close the recording."""
         self._bag.close()
 
     def from_(self, moment_ns: int, topics: Collection[int]) -> Generator[tuple[int, Entry]]:

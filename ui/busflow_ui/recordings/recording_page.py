@@ -154,7 +154,7 @@ class RecordingPage:
         self._restart()
 
     async def _send_due(self) -> None:
-        """Send what the playback has come to."""
+        """Send the messages that the playback has reached."""
         now_ns = self._clock.monotonic_ns()
         until_ns = self.playback.at(now_ns)
         found: list[tuple[int, Entry]] = await self._read(self._take, until_ns)
