@@ -1,4 +1,4 @@
-"""What nodes say about frames: `words.py` and `shared.py`. `edge.py` and `rigid.py` are tested with the tree."""
+"""What nodes say about frames: `declarations.py` and `shared.py`. `edge.py` and `rigid.py` are tested with the tree."""
 
 from __future__ import annotations
 
