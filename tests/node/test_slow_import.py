@@ -21,6 +21,18 @@ class Camera(Node):
 LINE = 'camera.py:2: sys.modules["gate"].wait(60)'
 
 
+class Gate(threading.Event):
+    """What the import waits for."""
+
+    def __init__(self):
+        super().__init__()
+        self.reached = threading.Event()
+
+    def wait(self, timeout=None):
+        self.reached.set()
+        return super().wait(timeout)
+
+
 class Stream(io.StringIO):
     """Standard error, which lets the import go on once a text stands there."""
 
@@ -37,9 +49,16 @@ def imported(tmp_path, monkeypatch):
 
     def imported(awaited, limit=None):
         (tmp_path / "camera.py").write_text(PLUGIN)
-        stream, codes = Stream(), []
+        stream, codes, gate = Stream(), [], Gate()
         stream.awaited = awaited
-        monkeypatch.setitem(sys.modules, "gate", threading.Event())
+
+        def watch_from_the_line_on(*arguments):
+            gate.reached.wait(60)  # on a busy machine the import may come there later than the limit
+            watch(*arguments)
+
+        watch = slow_import._watch
+        monkeypatch.setattr(slow_import, "_watch", watch_from_the_line_on)
+        monkeypatch.setitem(sys.modules, "gate", gate)
         monkeypatch.setattr(sys, "stderr", stream)
         monkeypatch.setattr(slow_import, "WARN_S", 0.2)
         monkeypatch.setattr(slow_import.os, "_exit", codes.append)
