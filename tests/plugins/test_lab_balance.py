@@ -23,9 +23,9 @@ async def test_without_controller_it_falls_within_ten_seconds(seed):
 
 
 @pytest.mark.long
-def test_ten_seeds_stand_through_their_pushes(capsys):
-    assert main(["test", BALANCE, "--for", "1min", "--seeds", "10"]) == 0
-    assert capsys.readouterr().out == "lab_balance: 10 runs of 60s: all that it expects holds\n"
+def test_three_seeds_stand_through_their_pushes(capsys):
+    assert main(["test", BALANCE, "--for", "1min", "--seeds", "3"]) == 0
+    assert capsys.readouterr().out == "lab_balance: 3 runs of 60s: all that it expects holds\n"
 
 
 def test_fall_is_named_with_seed_time_topic(capsys):

@@ -230,23 +230,6 @@ def test_viewer_with_read_rights_cannot_change_anything(start: Callable, two: st
     assert arm.topic("/numbers")["losses"] == {}
 
 
-@pytest.mark.long
-def test_a_viewer_looks_and_changes_nothing(start: Callable, two: str, tmp_path: Path):
-    main, arm = start(two, machine="main"), start(two, machine="arm")
-    arm.wait_for("heard enough", times=2)
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir(mode=0o700)
-    run = ("--run", f"viewer@{tmp_path}/run.yaml")
-    assert "10" in ask(elsewhere, "param", "get", "hearer", "tell_at", *run)
-    assert "viewer may look, and not" in ask(elsewhere, "param", "set", "hearer", "tell_at", "7", *run, expect=1)
-    text = (tmp_path / "run.yaml").read_text()
-    (tmp_path / "mine.yaml").write_text(text.replace("viewer: read", "viewer: all"))
-    mine = ("--run", f"viewer@{tmp_path}/mine.yaml")
-    ask(elsewhere, "param", "set", "hearer", "tell_at", "7", *mine, expect=1)
-    assert "10" in ask(elsewhere, "param", "get", "hearer", "tell_at", *mine)
-    assert main.end() == arm.end() == 130
-
-
 def unnamed_certificate_sees_nothing(folder: Path):
     told = (folder / "run.yaml").read_text()
     (folder / "not_named.yaml").write_text(told.replace("viewer: read", "stranger: all"))
