@@ -114,6 +114,12 @@ class SolidPrimitive(Message, package="shape_msgs"):
     polygon: Polygon = Polygon()
 
 
+class Flags(Message, package="lifecycle_msgs"):
+    flag: bool = False
+    flags: BoolArray = ()
+    names: tuple[str, ...] = ()
+
+
 EXTRA = {type_name(cls): cls for cls in (GoalId, TransitionEvent, SolidPrimitive)}
 
 
@@ -205,6 +211,17 @@ def test_hostile_bytes_are_read_or_refused_without_memory(case):
         (String, "0001000003000000 61ff00", "data at byte 9: the text is not UTF-8: invalid start byte"),
         (String, "0001000004000000 eda08000", "data at byte 8: the text is not UTF-8: invalid continuation byte"),
         (Bool, "0001000002", "data at byte 4: a bool is 0 or 1, not 2"),
+        (Flags, "00010000 01000000 02000000 0102", "flags at byte 13: a bool is 0 or 1, not 2"),
+        (
+            Flags,
+            "00010000 00000000 00000000 01000000 02000000 6161",
+            "names[0] at byte 21: the text does not end with a NUL",
+        ),
+        (
+            Flags,
+            "00010000 00000000 00000000 01000000 02000000 ff00",
+            "names[0] at byte 20: the text is not UTF-8: invalid start byte",
+        ),
         (Int32, "0001000007000000 00000000", "at byte 8: 4 bytes follow the message"),
         (Int32, "000300000700000000000000", "at byte 0: 00 03 00 00 is not a header of plain CDR"),
         (Int32, "", "at byte 0: nothing is not a header of plain CDR"),
@@ -279,7 +296,18 @@ def arrays(message):
     return [value for value in message.__dict__.values() if isinstance(value, np.ndarray)]
 
 
-each_type = pytest.mark.parametrize("cls", ALL.values(), ids=ALL.keys())
+QUICK = {
+    "control_msgs/action/FollowJointTrajectory_Goal",
+    "example_interfaces/msg/WString",
+    "rcl_interfaces/msg/ParameterValue",
+    "sensor_msgs/msg/Imu",
+    "sensor_msgs/msg/PointCloud2",
+    "std_msgs/msg/Header",
+}
+"""Types with fields of every kind; the others, which combine the same kinds, belong to the long tests."""
+each_type = pytest.mark.parametrize(
+    "cls", [pytest.param(cls, id=name, marks=[] if name in QUICK else pytest.mark.long) for name, cls in ALL.items()]
+)
 
 
 @each_type
