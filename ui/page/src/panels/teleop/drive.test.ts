@@ -53,6 +53,17 @@ test("a second release publishes nothing more", (context) => {
   assert.deepEqual(sent, []);
 });
 
+test("an end publishes the zeros that are due at once", (context) => {
+  context.mock.timers.enable({ apis: ["setTimeout"] });
+  const sent: number[] = [];
+  const drive = new Drive(({ forward }) => sent.push(forward));
+  drive.hold(AHEAD);
+  drive.end();
+  assert.deepEqual(sent, [1, 0, 0, 0]);
+  pass(context, 5);
+  assert.equal(sent.length, 4);
+});
+
 test("the stick never goes beyond the greatest speed", (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const sent: Stick[] = [];

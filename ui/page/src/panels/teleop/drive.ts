@@ -43,6 +43,13 @@ export class Drive {
     this.#tick();
   }
 
+  /** Ends the drive: zeros that would still be due are published at once, for nothing can be published after this. */
+  end(): void {
+    this.release();
+    while (this.#zerosLeft > 0) this.#tick();
+    clearTimeout(this.#timer);
+  }
+
   #tick(): void {
     clearTimeout(this.#timer);
     this.#publish(this.#stick);

@@ -107,7 +107,7 @@ function useDrive(session: Session, { topic, linear, angular }: TeleopSettings, 
     return () => {
       ending.abort();
       stopWatching();
-      release();
+      drive.drive.end();
       drive.publication.end();
     };
   }, [drive, session]);
