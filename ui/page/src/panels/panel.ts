@@ -1,6 +1,6 @@
 /** Panel: one view of the run, in the page or as an element of its own; what each is given, and how it is named. */
 import type { ComponentType } from "preact";
-import type { Session } from "../store/session";
+import type { Session, Source } from "../store/session";
 
 /** What a panel remembers in the layout: plain JSON. */
 export type Settings = Readonly<Record<string, unknown>>;
@@ -17,5 +17,7 @@ export interface Panel {
   /** Word in the layout, such as "plot". */
   readonly kind: string;
   readonly title: string;
+  /** The sources that have something for it. */
+  readonly sources: readonly Source[];
   readonly component: ComponentType<PanelProps>;
 }

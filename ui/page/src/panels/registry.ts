@@ -5,21 +5,35 @@ import { HealthPanel } from "./health/health_panel";
 import { Images } from "./images/images";
 import { LogPanel } from "./log/log_panel";
 import { Messages } from "./messages/messages";
+import type { Session, Source } from "../store/session";
 import type { Panel } from "./panel";
 import { ParametersPanel } from "./parameters/parameters_panel";
 import { Plot } from "./plot/plot";
 import { ServicesPanel } from "./services/services_panel";
 import { TeleopPanel } from "./teleop/teleop_panel";
 
+const LIVE: readonly Source[] = ["run", "bridge"];
+const ALL: readonly Source[] = [...LIVE, "recording"];
+
 export const PANELS: readonly Panel[] = [
-  { kind: "graph", title: "Graph", component: GraphPanel },
-  { kind: "plot", title: "Plot", component: Plot },
-  { kind: "messages", title: "Messages", component: Messages },
-  { kind: "images", title: "Images", component: Images },
-  { kind: "parameters", title: "Parameters", component: ParametersPanel },
-  { kind: "log", title: "Log", component: LogPanel },
-  { kind: "services", title: "Services", component: ServicesPanel },
-  { kind: "actions", title: "Actions", component: ActionsPanel },
-  { kind: "health", title: "Health", component: HealthPanel },
-  { kind: "teleop", title: "Teleop", component: TeleopPanel },
+  { kind: "graph", title: "Graph", sources: ALL, component: GraphPanel },
+  { kind: "plot", title: "Plot", sources: ALL, component: Plot },
+  { kind: "messages", title: "Messages", sources: ALL, component: Messages },
+  { kind: "images", title: "Images", sources: ALL, component: Images },
+  { kind: "parameters", title: "Parameters", sources: ["run"], component: ParametersPanel },
+  { kind: "log", title: "Log", sources: ["run", "recording"], component: LogPanel },
+  { kind: "services", title: "Services", sources: LIVE, component: ServicesPanel },
+  { kind: "actions", title: "Actions", sources: ALL, component: ActionsPanel },
+  { kind: "health", title: "Health", sources: ["run"], component: HealthPanel },
+  { kind: "teleop", title: "Teleop", sources: LIVE, component: TeleopPanel },
 ];
+
+/** Whether a panel has something to show of what the page looks at, as far as that is known yet. */
+export function hasContent({ sources }: Panel, { server, source }: Session): boolean {
+  return sources === ALL || (server.value !== null && sources.includes(source.value));
+}
+
+/** Returns the panels that are offered; all of them until it is known what the page looks at. */
+export function offeredPanels(session: Session): readonly Panel[] {
+  return session.server.value === null ? PANELS : PANELS.filter((panel) => hasContent(panel, session));
+}

@@ -1,7 +1,7 @@
 /** Shell: the page around the panels: the names of the views, the state of the run, and what must be said of it. */
 import { useSignal, type Signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { PANELS } from "../panels/registry";
+import { PANELS, offeredPanels } from "../panels/registry";
 import type { Session } from "../store/session";
 import { About } from "./about";
 import { Banners } from "./banners";
@@ -27,7 +27,7 @@ export function Shell({ session }: { readonly session: Session }) {
       </a>
       <TopBar session={session} layout={layout} onAbout={() => (isAboutOpen.value = true)} />
       <nav class="rail" aria-label="Views">
-        {PANELS.map(({ kind, title }) => (
+        {offeredPanels(session).map(({ kind, title }) => (
           <button
             key={kind}
             type="button"

@@ -2,7 +2,7 @@
 import { useSignal, type Signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Run } from "../connection/answers";
-import { PANELS } from "../panels/registry";
+import { offeredPanels } from "../panels/registry";
 import type { Session } from "../store/session";
 import { durationText } from "../store/text";
 import { Icon } from "../controls/icons";
@@ -34,7 +34,7 @@ export function TopBar({ session, layout, onAbout }: TopBarProps) {
       {metadata?.access === "read-only" && <span class="badge">read-only</span>}
       <Missed session={session} />
       <span class="grow" />
-      <AddPanel layout={layout} />
+      <AddPanel session={session} layout={layout} />
       {session.source.value === "run" && session.maySteer.value && session.answersQuestions.value && (
         <SaveEdit
           label="Save layout…"
@@ -84,7 +84,7 @@ function Missed({ session }: { readonly session: Session }) {
   );
 }
 
-function AddPanel({ layout }: { readonly layout: Signal<Layout> }) {
+function AddPanel({ session, layout }: Pick<TopBarProps, "session" | "layout">) {
   return (
     <select
       class="add-panel"
@@ -97,7 +97,7 @@ function AddPanel({ layout }: { readonly layout: Signal<Layout> }) {
       }}
     >
       <option value="">Add panel</option>
-      {PANELS.map(({ kind, title }) => (
+      {offeredPanels(session).map(({ kind, title }) => (
         <option key={kind} value={kind}>
           {title}
         </option>

@@ -2,8 +2,8 @@
 import type { Signal } from "@preact/signals";
 import { Component, type ComponentChildren } from "preact";
 import type { Panel } from "../panels/panel";
-import { PANELS } from "../panels/registry";
-import type { Session } from "../store/session";
+import { hasContent, PANELS } from "../panels/registry";
+import type { Session, Source } from "../store/session";
 import { Icon } from "../controls/icons";
 import { removePanel, setSettings, shownIn, type Layout, type Place } from "./layout";
 
@@ -13,6 +13,13 @@ interface WorkspaceProps {
   readonly session: Session;
   readonly layout: Signal<Layout>;
 }
+
+/** What stands in place of a panel that has nothing to show, as an address may name it. */
+const ABSENT: Readonly<Record<Source, string>> = {
+  run: "A run has nothing to show here.",
+  recording: "A recording has nothing to show here.",
+  bridge: "Only a run of busflow has something to show here.",
+};
 
 export function Workspace({ session, layout }: WorkspaceProps) {
   const columns = shownIn(layout.value);
@@ -69,9 +76,13 @@ function PanelFrame({ session, place, isAlone, onSettings, onClose }: FrameProps
         </header>
       )}
       <div class={`panel-body panel-${place.kind}`}>
-        <Boundary title={panel.title}>
-          <Body session={session} settings={place.settings} onSettings={onSettings} />
-        </Boundary>
+        {hasContent(panel, session) ? (
+          <Boundary title={panel.title}>
+            <Body session={session} settings={place.settings} onSettings={onSettings} />
+          </Boundary>
+        ) : (
+          <p class="empty">{session.server.value === null ? "Not connected" : ABSENT[session.source.value]}</p>
+        )}
       </div>
     </section>
   );

@@ -34,7 +34,7 @@ export function NodeDetails({ session, state, node, onSelect }: DetailsProps & {
       <Ends title="Receives" topics={node.subscriptions.filter((name) => !hidden.has(name))} node={node.name} kind="deliver" onSelect={onSelect} />
       <Served title="Services" services={own.filter((service) => !service.is_action)} onSelect={onSelect} />
       <Served title="Actions" services={own.filter((service) => service.is_action)} onSelect={onSelect} />
-      {node.is_busflow && (
+      {node.is_busflow && session.source.value === "run" && (
         <Section title="Parameters">
           <ParameterForm session={session} node={node.name} />
         </Section>
@@ -170,7 +170,7 @@ function Timers({ timers }: { readonly timers: readonly Timer[] }) {
           <tbody key={timer.name}>
             <tr>
               <th scope="rowgroup" colSpan={4} title={rateText(1 / timer.period_s)}>
-                <span class="mono">{timer.name}</span> each {secondsText(timer.period_s)}
+                <span class="mono">{timer.name}</span> every {secondsText(timer.period_s)}
               </th>
             </tr>
             <tr>

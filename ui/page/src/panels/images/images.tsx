@@ -55,7 +55,7 @@ interface Shown {
 function Picture({ session, topic }: { readonly session: Session; readonly topic: string }) {
   const observation = observationOf(session);
   const canvas = useRef<HTMLCanvasElement>(null);
-  const [shown, setShown] = useState<Shown>({ text: "No image has come yet.", isFault: false });
+  const [shown, setShown] = useState<Shown>({ text: nothingText(session), isFault: false });
   useFollowed(observation, [topic]);
   useEffect(() => {
     let [last, isBusy, leftOut] = [undefined as bigint | undefined, false, 0];
@@ -86,6 +86,10 @@ function Picture({ session, topic }: { readonly session: Session; readonly topic
       </p>
     </>
   );
+}
+
+function nothingText({ source }: Session): string {
+  return source.peek() === "recording" ? "No image up to this moment." : "No image has come yet.";
 }
 
 function textOf({ stampNs }: Received, about: string, rateHz: number | undefined, leftOut: number): string {

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { SearchField } from "../../controls/search_field";
-import type { LogEntry } from "../../store/session";
+import type { LogEntry, Session } from "../../store/session";
 import { clockText, counted } from "../../store/text";
 import type { PanelProps, Settings } from "../panel";
 import { filtered, LEVELS, levelWord, nodesOf, type LogFilter } from "./filter";
@@ -51,12 +51,16 @@ export function LogPanel({ session, settings, onSettings }: PanelProps) {
         <span class="quiet">{sumOf(all.length, found.length, shown.length)}</span>
       </div>
       {shown.length === 0 ? (
-        <p class="empty">{all.length === 0 ? "Nothing has been logged." : "No line matches."}</p>
+        <p class="empty">{all.length === 0 ? nothingText(session) : "No line matches."}</p>
       ) : (
         <Lines lines={shown} onNode={(node) => change({ node })} />
       )}
     </>
   );
+}
+
+function nothingText({ source }: Session): string {
+  return source.value === "recording" ? "Nothing has been logged up to this moment." : "Nothing has been logged.";
 }
 
 function sumOf(all: number, found: number, shown: number): string {
