@@ -25,3 +25,10 @@ test("packed boxes do not overlap, and fill the screen", () => {
   assert.deepEqual(size, { width: 1000, height: 400 });
   assert.equal(new Set(places.map(({ x, y }) => `${x} ${y}`)).size, 20);
 });
+
+test("low boxes stand below each other beside a high one", () => {
+  const low = Array.from({ length: 4 }, () => ({ width: 100, height: 50 }));
+  const { places, size } = pack([{ width: 100, height: 200 }, ...low], { width: 200, height: 200 });
+  assert.deepEqual(size, { width: 200, height: 200 });
+  assert.deepEqual(places.slice(1).map(({ x, y }) => [x, y]), [0, 50, 100, 150].map((y) => [100, y]));
+});

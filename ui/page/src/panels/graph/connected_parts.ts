@@ -57,14 +57,21 @@ function scaleOf(size: Size, screen: Size): number {
   return Math.min(screen.width / size.width, screen.height / size.height);
 }
 
+/** Packs boxes into rows of a width; beside a high box, low ones stand below each other. */
 function inRows(boxes: readonly Size[], most: number): Packed {
   const places: { x: number; y: number }[] = [];
   let [x, y, rowHeight, width] = [0, 0, 0, 0];
+  let column: Size = { width: 0, height: 0 };
   for (const box of boxes) {
-    if (x > 0 && x + box.width > most + 0.5) [x, y, rowHeight] = [0, y + rowHeight, 0];
-    places.push({ x, y });
-    x += box.width;
-    [width, rowHeight] = [Math.max(width, x), Math.max(rowHeight, box.height)];
+    const fitsBelow = column.height + box.height <= rowHeight && x + box.width <= most + 0.5;
+    if (!fitsBelow) {
+      x += column.width;
+      column = { width: 0, height: 0 };
+      if (x > 0 && x + box.width > most + 0.5) [x, y, rowHeight] = [0, y + rowHeight, 0];
+    }
+    places.push({ x, y: y + column.height });
+    column = { width: Math.max(column.width, box.width), height: column.height + box.height };
+    [width, rowHeight] = [Math.max(width, x + column.width), Math.max(rowHeight, column.height)];
   }
   return { places, size: { width, height: y + rowHeight } };
 }

@@ -3,12 +3,14 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import { Icon } from "../../controls/icons";
 import { EdgeLabel, EdgeShape, Markers } from "./edge";
+import { isOfGroup } from "./folding";
 import { useGestures } from "./gestures";
 import { bestLayout, structureOf, type Box, type Layout, type Route } from "./layout";
 import { measureText } from "./measure";
 import type { Edge, GraphModel, Vertex } from "./model";
 import { nearest, type Direction } from "./neighbours";
 import { VertexShape } from "./vertex";
+
 import { fit, pan, READABLE, readable, reveal, zoom, type Size, type Viewport } from "./viewport";
 
 interface DrawingProps {
@@ -38,8 +40,20 @@ export function Drawing({ model, selected, matches, onSelect, onFold }: DrawingP
   const view = moved.value === "whole" ? fit(layout.size, size) : (moved.value ?? readable(layout.size, size));
   const setView = (next: Viewport) => (moved.value = next);
   const isDragging = useGestures(frame, view, setView);
+  // With a group that is opened or folded everything moves: what was seen is no longer there.
+  const select = (id: string | null) => {
+    if (id !== null && isOfGroup(id)) moved.value = null;
+    onSelect(id);
+  };
+  const fold = (group: string) => {
+    moved.value = null;
+    onFold(group);
+  };
   const middle = { x: size.width / 2, y: size.height / 2 };
-  useReveal(layout, selected, size, (change) => setView(change(view)));
+  useReveal(layout, selected, size, (change) => {
+    const next = change(view);
+    if (next !== view) setView(next);
+  });
 
   const onKeyDown = (event: KeyboardEvent) => {
     const direction = ARROWS[event.key];
@@ -52,26 +66,28 @@ export function Drawing({ model, selected, matches, onSelect, onFold }: DrawingP
     event.preventDefault();
   };
   return (
-    <div
-      ref={frame}
-      class={`drawing ${isDragging.value ? "dragging" : ""}`}
-      onKeyDown={onKeyDown}
-      onClick={(event) => event.target === event.currentTarget.firstElementChild && onSelect(null)}
-    >
-      <svg width="100%" height="100%" role="group" aria-label="The graph. Arrow keys walk through it; the list beside it has the same.">
-        <Markers />
-        {size.width > 0 && (
-          <g transform={`translate(${view.x} ${view.y}) scale(${view.scale})`}>
-            <Content model={model} layout={layout} selected={selected} matches={matches} onSelect={onSelect} onFold={onFold} />
-          </g>
-        )}
-      </svg>
+    <>
+      <div
+        ref={frame}
+        class={`drawing ${isDragging.value ? "dragging" : ""}`}
+        onKeyDown={onKeyDown}
+        onClick={(event) => event.target === event.currentTarget.firstElementChild && onSelect(null)}
+      >
+        <svg width="100%" height="100%" role="group" aria-label="The graph. Arrow keys walk through it; the list beside it has the same.">
+          <Markers />
+          {size.width > 0 && (
+            <g transform={`translate(${view.x} ${view.y}) scale(${view.scale})`}>
+              <Content model={model} layout={layout} selected={selected} matches={matches} onSelect={select} onFold={fold} />
+            </g>
+          )}
+        </svg>
+      </div>
       <div class="zoom" role="group" aria-label="Zoom">
         <ZoomButton icon="plus" label="Enlarge" onClick={() => setView(zoom(view, STEP, middle))} />
         <ZoomButton icon="minus" label="Shrink" onClick={() => setView(zoom(view, 1 / STEP, middle))} />
         <ZoomButton icon="fit" label="Show all" onClick={() => (moved.value = "whole")} />
       </div>
-    </div>
+    </>
   );
 }
 

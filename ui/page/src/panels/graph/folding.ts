@@ -8,6 +8,11 @@ const WORST_FIRST: readonly Tone[] = ["bad", "waiting", "stopped", "good", "none
 
 export const groupId = (name: string): string => `group ${name}`;
 
+/** Whether an id is that of a folded group, or of the edges between two of them. */
+export function isOfGroup(id: string): boolean {
+  return id.startsWith("group ") || id.startsWith("bundle ");
+}
+
 /** Returns the groups that are folded: all of a large graph, else none, but for those that a person has toggled. */
 export function foldedGroups(model: GraphModel, toggled: ReadonlySet<string>, selected: string | null): ReadonlySet<string> {
   const isLarge = model.vertices.length > MANY;

@@ -59,7 +59,7 @@ export function reveal(view: Viewport, box: Box, screen: Size): Viewport {
   };
   const dx = shift(box.x * view.scale + view.x, box.width * view.scale, screen.width);
   const dy = shift(box.y * view.scale + view.y, box.height * view.scale, screen.height);
-  return pan(view, dx, dy);
+  return dx === 0 && dy === 0 ? view : pan(view, dx, dy);
 }
 
 function clamp(value: number, least: number, most: number): number {
