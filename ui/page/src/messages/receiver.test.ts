@@ -96,3 +96,13 @@ test("a slow topic has a rate too", () => {
   for (; nowMs <= 20_000; nowMs += 5000) topics.send("1");
   assert.equal(receiver.rateHz("/a"), 0.2);
 });
+
+test("no stamp is left when no topic is followed", () => {
+  const topics = new SentTopics();
+  const receiver = new Receiver(topics);
+  const end = receiver.follow("/a", () => undefined);
+  topics.send('{"x":1}', 3);
+  assert.deepEqual([receiver.isFollowing.value, receiver.latestNs], [true, 3n * SECOND]);
+  end();
+  assert.deepEqual([receiver.isFollowing.value, receiver.latestNs], [false, undefined]);
+});

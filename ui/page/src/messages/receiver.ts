@@ -60,6 +60,7 @@ export class Receiver {
   readonly #followed = new Map<string, Followed>();
   readonly #decoders = new WeakMap<Channel, Decoder | string>();
   #latestNs: bigint | undefined;
+  readonly #isFollowing = signal(false);
   readonly #moment = signal<bigint | undefined>(undefined);
 
   constructor(topics: Pick<Topics, "listen" | "channels">, now: () => number = () => performance.now()) {
@@ -72,7 +73,12 @@ export class Receiver {
     return this.#moment;
   }
 
-  /** Stamp of the message that came last. */
+  /** Whether any topic is followed. */
+  get isFollowing(): ReadonlySignal<boolean> {
+    return this.#isFollowing;
+  }
+
+  /** Stamp of the message that came last; undefined while no topic is followed. */
   get latestNs(): bigint | undefined {
     return this.#latestNs;
   }
@@ -94,6 +100,9 @@ export class Receiver {
       this.#followed.delete(topic);
       this.history.forget(topic);
       followed.end();
+      if (this.#followed.size > 0) return;
+      this.#latestNs = undefined;
+      this.#isFollowing.value = false;
     };
   }
 
@@ -138,6 +147,7 @@ export class Receiver {
       end: this.#topics.listen(topic, (frame) => this.#receive(followed, frame)),
     };
     this.#followed.set(topic, followed);
+    this.#isFollowing.value = true;
     return followed;
   }
 

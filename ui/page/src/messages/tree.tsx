@@ -26,8 +26,9 @@ export function MessageTree({ session, topic }: Props) {
   useFollowed(observation, [topic]);
   useFrames(observation);
   const isPast = observation.receiver.moment.value !== undefined;
+  const isLive = !isPast && session.source.value !== "recording";
   const received = observation.receiver.shown(topic);
-  if (received === undefined) return <p class="tree-nothing quiet">{isPast ? "No message at this moment." : "No message has come yet."}</p>;
+  if (received === undefined) return <p class="tree-nothing quiet">{isLive ? "No message has come yet." : "No message up to this moment."}</p>;
   const { reading } = received;
   return (
     <div class="message-tree">
@@ -81,8 +82,7 @@ function TreeHead({ received, rateHz }: HeadProps) {
       <span class="quiet">{frame.channel.schemaName}</span>
       <span class="mono">{stampText(stampNs, 3)}</span>
       {rateHz !== undefined && <span class="mono">{rateText(rateHz)}</span>}
-      <span class="grow" />
-      <span class="quiet" role="status">
+      <span class="quiet tree-copied" role="status">
         {copied}
       </span>
       <button type="button" class="button plain" disabled={reading.fault !== undefined} onClick={() => void copy()}>

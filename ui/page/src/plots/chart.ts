@@ -147,12 +147,14 @@ export class Chart {
     this.#dense.restyle(this.#palette, this.#drawn.length);
     const hasRight = this.#drawn.some(({ scale }) => scale === "right");
     const unitOf = (scale: string): string | undefined => this.#drawn.find((each) => each.scale === scale)?.line.unit;
+    const right = hasRight ? [this.#valueAxis("right", 1, unitOf("right"))] : [];
     const options: uPlot.Options = {
       ...this.#size(),
       legend: { show: false },
       padding: [10, hasRight ? 0 : 12, 0, 0],
       scales: { x: { time: false, auto: false }, left: { auto: false, range: [0, 1] }, right: { auto: false, range: [0, 1] } },
-      axes: [this.#timeAxis(), this.#valueAxis("left", 3, unitOf("left")), ...(hasRight ? [this.#valueAxis("right", 1, unitOf("right"))] : [])],
+      // Without a line no number has a meaning.
+      axes: this.#drawn.length === 0 ? [{ show: false }, { show: false }] : [this.#timeAxis(), this.#valueAxis("left", 3, unitOf("left")), ...right],
       series: [{}, ...this.#drawn.map((each, at) => this.#series(each, at))],
       cursor: {
         y: false,
@@ -231,6 +233,7 @@ export class Chart {
       }
     }
     if (least > greatest) return [0, 1];
+    if (least === 0 && greatest === 0) return [-1, 1]; // uPlot takes 0 to 100
     const [min, max] = uPlot.rangeNum(least, greatest, 0.08, true);
     return [min ?? least, max ?? greatest];
   }

@@ -1,9 +1,12 @@
-/** Health panel: what `busflow doctor` finds wrong in the run, each with what to do about it. */
+/** Health panel: what `busflow doctor` finds wrong in the run, each with its fix. */
 import type { Finding } from "../../connection/answers";
 import type { PanelProps } from "../panel";
 import "./health.css";
 
 const RANKS: Readonly<Record<string, number>> = { error: 0, warning: 1 };
+
+/** Begins a fix that only lists the names there are, as the command prints it. */
+const KNOWN = "known: ";
 
 export function HealthPanel({ session }: PanelProps) {
   const findings = session.findings.value;
@@ -41,7 +44,8 @@ function FindingRow({ finding }: { readonly finding: Finding }) {
         <p>{message}</p>
         {fix !== null && (
           <p class="fix">
-            <span class="quiet">To do:</span> {fix}
+            {!fix.startsWith(KNOWN) && <span class="quiet">Fix: </span>}
+            {fix}
           </p>
         )}
         {file !== null && (

@@ -2,6 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { ParameterValue } from "../../connection/answers";
+import { leafText } from "../../messages/rows";
 import { differenceOf, readText, textOf, type Field } from "./field_model";
 
 interface ParameterFieldProps {
@@ -44,7 +45,7 @@ export function ParameterField({ field, id, mayChange, onSet }: ParameterFieldPr
           isInvalid={reason.value !== null}
           onType={(text) => (typed.value = text)}
           onEnter={(text) => void enter(text)}
-        /> : <output id={id} class="parameter-value">{current}</output>}
+        /> : <output id={id} class="parameter-value">{leafText(current)}</output>}
         <span class="quiet parameter-unit">{field.unit}</span>
       </div>
       {reason.value !== null && (

@@ -43,6 +43,7 @@ export function Plot({ session, settings, onSettings }: PanelProps) {
         )}
       </div>
       <Legend
+        session={session}
         observation={observation}
         opened={opened}
         hoverS={hoverS}

@@ -31,7 +31,8 @@ function LiveBar({ session }: Props) {
   useFrames(observation);
   const isPaused = timeline.isPaused.value;
   const moment = receiver.moment.value;
-  const newest = isPaused ? timeline.stampOf(timeline.pausedS.value ?? 0) : receiver.latestNs;
+  const isFollowing = receiver.isFollowing.value;
+  const newest = isPaused ? timeline.stampOf(timeline.pausedS.value ?? 0) : isFollowing ? receiver.latestNs : undefined;
   const oldest = newest === undefined ? 0n : newest - KEPT_NS;
   const at = moment ?? newest;
   const lookAt = (ms: number): void => observation.lookAt(oldest + BigInt(Math.round(ms)) * MS_NS);
@@ -41,8 +42,14 @@ function LiveBar({ session }: Props) {
         {isPaused ? "Resume" : "Pause"}
       </button>
       <Scrubber label="Moment of the last 60 s" lengthMs={Number(KEPT_NS / MS_NS)} at={at} from={oldest} isOff={newest === undefined} onMove={lookAt} />
-      <span class="mono time-text">{at === undefined ? "–" : stampText(at)}</span>
-      <span class={isPaused ? "badge warn" : "badge"}>{isPaused ? "paused" : "live"}</span>
+      {at === undefined ? (
+        <span class="quiet small">{isFollowing ? "No message yet" : "No topic is shown"}</span>
+      ) : (
+        <>
+          <span class="mono time-text">{stampText(at)}</span>
+          <span class={isPaused ? "badge warn" : "badge"}>{isPaused ? "paused" : "live"}</span>
+        </>
+      )}
       {session.answersQuestions.value && session.source.value === "run" && <RecordButton session={session} />}
     </section>
   );
