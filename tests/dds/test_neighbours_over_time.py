@@ -72,9 +72,8 @@ def test_two_domains_at_once_do_not_mix(stage, other_domain):
     bridge.end()
 
 
-def test_twelve_neighbours_are_all_received(stage):
-    """More than the ten participants that Cyclone looks for at an address by default."""
-    peers = [stage.peer() for _ in range(12)]
+def test_twenty_neighbours_are_all_received(stage):
+    peers = [stage.peer() for _ in range(20)]
     for number, peer in enumerate(peers):
         peer.do("advertise", topic="rt/command", kind="Float64", latched=True)
         peer.do("write", topic="rt/command", value=100.5 + number)
