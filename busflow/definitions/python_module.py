@@ -23,7 +23,6 @@ _ELSEWHERE = {
     "ClassVar": "typing",
     "Sequence": "collections.abc",
 }
-_TAKEN = {"self", "cls"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,7 +223,7 @@ def _refuse_names(declared: Sequence[tuple[str, Place]]) -> None:
 
     problems: list[Problem] = []
     for name, place in declared:
-        if keyword.iskeyword(name) or name in _TAKEN:
+        if keyword.iskeyword(name) or name == "self":
             problems.append(
                 Problem("invalid-name", f"a class has no field {name}: Python reserves the word", None, place)
             )

@@ -117,7 +117,7 @@ def test_what_no_module_can_hold_is_refused(sources, tmp_path):
     with pytest.raises(UnknownType, match="did you mean 'grip_msgs'"):
         generate(library, ["grip_msg"], tmp_path)
     files = {
-        "p/msg/A.msg": "int8 json\nint8 class\n",
+        "p/msg/A.msg": "int8 json\nint8 class\nint8 cls\n",
         "r/msg/C.idl": "",
     }
     library = Library([write(tmp_path, files)])
@@ -125,5 +125,6 @@ def test_what_no_module_can_hold_is_refused(sources, tmp_path):
         generate(library, ["p"], tmp_path)
     assert "A.msg:1:6: error: a class has no field json: it is a method of every message" in str(refused.value)
     assert "A.msg:2:6: error: a class has no field class: Python reserves the word" in str(refused.value)
+    assert "cls:" not in str(refused.value)
     with pytest.raises(UnknownType, match="busflow reads no"):
         generate(library, ["r"], tmp_path)

@@ -27,8 +27,8 @@ SERVICE_EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
 ACTION_NEEDS = (SERVICE_EVENT_INFO, "builtin_interfaces/msg/Time", "unique_identifier_msgs/msg/UUID")
 """The types that ROS 2 puts into every action."""
 
-DEPTH = 16
-"""The greatest depth of nested types; ROS 2's deepest have seven."""
+DEPTH = 32
+"""The greatest depth of nested types; ROS 2's own have seven, ETSI's messages between vehicles up to 22."""
 
 
 class PrimitiveEncoding(NamedTuple):
