@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import sys
 
 import pytest
 
@@ -121,12 +122,12 @@ programs: {driver: {command: [no-such-command]}}
 
 
 def test_simulator_may_be_a_program_of_run(start):
-    run = start("""
-clock: {mode: follow}
-nodes: {quick: {plugin: quick}}
+    run = start(f"""
+clock: {{mode: follow}}
+nodes: {{quick: {{plugin: quick}}}}
 programs:
   simulator:
-    command: [busflow, topic, pub, /clock, rosgraph_msgs/msg/Clock, "clock: {sec: 7}"]
+    command: [{sys.executable}, -m, busflow, topic, pub, /clock, rosgraph_msgs/msg/Clock, "clock: {{sec: 7}}"]
     ready: publishing
 """)
     run.wait_for("publishing #1")
