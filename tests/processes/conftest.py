@@ -18,6 +18,9 @@ import pytest
 PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
+GRACE = "20s"
+"""What nodes have to stop, on however slow a machine: a run that is ended by force writes no report."""
+
 PLUGINS = {
     "teller": """
 from busflow import Node, Parameters, publisher, service, timer
@@ -250,10 +253,11 @@ def starting(folder: Path) -> Iterator[Callable[..., Run]]:
             script: str | None = None,
             machine: str = "",
             prefix: Sequence[str] = (),
+            grace: str = GRACE,
         ) -> Run:
             for name, content in files.items():
                 (folder / name).write_text(content)
-            (folder / "run.yaml").write_text(f"plugins: [plugins]\n{text}")
+            (folder / "run.yaml").write_text(f"plugins: [plugins]\nshutdown: {{grace: {grace}}}\n{text}")
             place = Path(runtime, machine)
             place.mkdir(mode=0o700, exist_ok=True)
             if machine not in {"", "main"}:

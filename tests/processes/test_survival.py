@@ -92,7 +92,7 @@ def test_main_process_restarts_all_dead_workers(start):
 
 @pytest.mark.long
 def test_stopped_process_does_not_delay_the_end(start, have_ended):
-    run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
+    run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v", grace="750ms")
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
     run.kill("left", signal.SIGSTOP)
@@ -124,6 +124,7 @@ def test_process_ended_by_force_fails_the_run(start):
         "--for",
         "0.2s",
         files={"plugins/stuck.py": STUCK},
+        grace="750ms",
     )
     assert run.end(None) == 1
     fate = "the process far did not stop in time, and had to end itself"
