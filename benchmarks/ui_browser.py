@@ -2,7 +2,8 @@
 
     python -m benchmarks.ui_browser [--frames 300]
 
-It needs Chromium, playwright (`pip install './ui[test]'`), and `npm ci` in ui/page. Linux: it reads /proc.
+It needs Chromium, playwright (`pip install './ui[test]'`), and `npm ci --ignore-scripts` in ui/page. Linux: it reads
+/proc.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from playwright.sync_api import sync_playwright
 from benchmarks.ui import TICK_S, started
 
 PAGE = Path(__file__).parents[1] / "ui/page"
+ESBUILD = PAGE / "node_modules/.bin/esbuild"
 OPTIONS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
 
 
@@ -44,7 +46,7 @@ def cpu_s(process: int) -> float:
 
 def print_frames(browser: Any, folder: Path, frames: int) -> None:
     """Print the frames of 20 lines of 10,000 points that move, and what each costs."""
-    command = ["npx", "esbuild", "src/plots/measured_chart.ts", "--bundle", "--minify", f"--outfile={folder}/chart.js"]
+    command = [str(ESBUILD), "src/plots/measured_chart.ts", "--bundle", "--minify", f"--outfile={folder}/chart.js"]
     jsx = ["--jsx=automatic", "--jsx-import-source=preact"]
     subprocess.run([*command, *jsx], cwd=PAGE, check=True, capture_output=True)  # noqa: S603  # a command of ours
     (folder / "chart.html").write_text('<link rel="stylesheet" href="chart.css"><body><script src="chart.js"></script>')
@@ -108,6 +110,8 @@ def main(frames: int) -> None:
     path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if path is None:
         sys.exit("there is no Chromium on this machine: apt-get install chromium")
+    if not ESBUILD.is_file():
+        sys.exit("esbuild is not installed: run `npm ci --ignore-scripts` in ui/page")
     with tempfile.TemporaryDirectory(prefix="bf") as folder, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=OPTIONS)
         print_frames(browser, Path(folder), frames)
