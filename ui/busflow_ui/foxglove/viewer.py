@@ -48,7 +48,7 @@ _MOST_ANSWER_BYTES = 64 * 1024 * 1024
 _MOST_CALLS = 16
 _CALL_S = 30.0
 _GATHER_S = 0.005
-"""Pause after sending: messages that come within it are sent together, since waking up costs more than sending."""
+"""Longest that a message waits for others, to be sent with them: waking up and writing cost more than all else."""
 _REPORT_EVERY_NS = 1_000_000_000
 """Interval at which a viewer is informed that it reads too slowly."""
 
@@ -190,17 +190,16 @@ class Viewer:
     async def _send(self) -> None:
         with suppress(ConnectionClosed):
             while True:
+                await self._wake.wait()
                 self._wake.clear()
+                if not self._answers:
+                    await self._clock.sleep(_GATHER_S)
                 self._is_woken = False
                 await self._send_answers()
-                found = more = await self._send_messages()
+                more = True
                 while more:
-                    await asyncio.sleep(0)  # a client that reads at once holds up no other
                     more = await self._send_messages()
-                if found:
-                    await self._clock.sleep(_GATHER_S)
-                else:
-                    await self._wake.wait()
+                    await asyncio.sleep(0)  # a client that reads at once holds up no other
 
     async def _send_answers(self) -> None:
         while self._answers:
@@ -234,15 +233,16 @@ class Viewer:
         return found
 
     async def _send_together(self, frames: Sequence[bytes]) -> None:
-        """Send small messages with two writes: each write costs more than all else that is done for a message."""
+        """Send small messages with one write, which costs more than all else that is done for them."""
         socket = self._connection
-        if len(frames) > 2 and socket.protocol.state is State.OPEN:
-            for frame in frames[:-1]:
+        if len(frames) > 1 and socket.protocol.state is State.OPEN:
+            for frame in frames:
                 socket.protocol.send_binary(frame)
             socket.transport.write(b"".join(socket.protocol.data_to_send()))
-            frames = frames[-1:]
-        for frame in frames:
-            await socket.send(frame)  # waits until the client has read enough
+            await socket.drain()  # waits until the client has read enough
+        else:
+            for frame in frames:
+                await socket.send(frame)
 
     def report_dropped(self) -> None:
         """Send the number of dropped messages if it has grown."""
