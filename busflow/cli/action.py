@@ -115,9 +115,10 @@ def type_(run: str | None, name: str, as_json: bool) -> None:
 
 
 @click.command(epilog=_EXAMPLES)
+@click.option("-c", "--count-actions", "count", is_flag=True, help="Only show the number of actions.")
 @click.argument("type_name", metavar="TYPE")
 @joins
-def find(run: str | None, type_name: str, as_json: bool) -> None:
+def find(run: str | None, type_name: str, count: bool, as_json: bool) -> None:
     """List the actions whose type is TYPE, such as example_interfaces/action/Fibonacci."""
     from busflow.wire.client.actions import actions_of
 
@@ -128,7 +129,8 @@ def find(run: str | None, type_name: str, as_json: bool) -> None:
     if not found:
         near = did_you_mean(full, {each for action in actions for each in action.types}, none="no node has an action")
         raise NoSuchTarget(f"no action has the type {printable(full)}; {near}")
-    print_found({"type": full, "actions": found}, found, as_json=as_json)
+    shown = [str(len(found))] if count else found
+    print_found({"type": full, "actions": found}, shown, as_json=as_json)
 
 
 @click.command("send_goal", cls=WaitingCommand, epilog=_EXAMPLES)
@@ -178,7 +180,7 @@ def send_goal(
                 state, result = going.result()
             except KeyboardInterrupt:
                 show.canceling()
-                going.cancel(timeout_s=timeout_s)
+                show.canceled(is_canceled=going.cancel(timeout_s=timeout_s))
                 state, result = going.result()
             show.result(client, going, state, result)
     return ExitCode.OK if state == _SUCCEEDED else ExitCode.FAILED
@@ -219,6 +221,10 @@ class _Show:
     def canceling(self) -> None:
         if not self._as_json:
             click.echo("Canceling goal...")
+
+    def canceled(self, *, is_canceled: bool) -> None:
+        if not self._as_json:
+            click.echo("Goal canceled." if is_canceled else "Failed to cancel goal")
 
     def result(self, client: ActionPeer, going: PeerGoal, state: int, result: Any) -> None:
         if self._as_json:
