@@ -82,13 +82,13 @@ def check(expect, act):
 
 
 @pytest.mark.parametrize("case", cases("Time", "Duration"))
-def test_construction(case):
+def test_times_and_durations_are_made_as_in_rclpy(case):
     make = {"Time": Time, "Duration": Duration}[case["kind"]]
     check(case["expect"], lambda: make(**{key: value(text) for key, text in case["input"].items()}))
 
 
 @pytest.mark.parametrize("case", cases("op", "cmp"))
-def test_arithmetic_and_comparison(case):
+def test_arithmetic_and_comparison_agree_with_rclpy(case):
     left, right = operand(case["input"]["l"]), operand(case["input"]["r"])
     check(case["expect"], lambda: OPERATORS[case["input"]["op"]](left, right))
 
@@ -105,7 +105,7 @@ def test_a_message_keeps_every_nanosecond(case):
 
 
 @pytest.mark.parametrize("case", cases("seconds_nanoseconds"))
-def test_seconds_and_nanoseconds(case):
+def test_seconds_and_nanoseconds_add_up(case):
     assert list(Time(**case["input"]).seconds_nanoseconds()) == case["expect"]
 
 
@@ -205,7 +205,7 @@ def test_sleeping_for_nan_is_refused():
 
 
 @pytest.mark.parametrize("case", cases("sleep_for", "sleep_until"))
-def test_sleeping(case):
+def test_sleep_lasts_as_long_as_asked(case):
     """On virtual time: exactly as long as asked, where ROS promises at least as long."""
     given, expect = case["input"], case["expect"]
 

@@ -75,7 +75,7 @@ def test_type_that_is_no_action_is_refused(wrong):
         action_client(wrong, "move")
 
 
-def test_name_is_a_text():
+def test_name_that_is_no_text_is_refused():
     with pytest.raises(InvalidDeclaration, match=r"@action\(MoveTo, …\) needs the action's name, a text, not None"):
         action(MoveTo)
 

@@ -72,7 +72,7 @@ EXPAND_ERRORS = {
 
 
 @pytest.mark.parametrize("case", cases("expand"))
-def test_expansion(case):
+def test_names_expand_as_in_ros(case):
     def expand():
         return names.expand(
             case["topic"],
@@ -117,7 +117,7 @@ def test_a_node_has_one_full_name(case):
 
 
 @pytest.mark.parametrize("case", cases("remap_rule_syntax"))
-def test_rule_syntax(case):
+def test_remap_rule_is_read_or_refused(case):
     if case["valid"]:
         assert RemapRule.parse(case["input"])
     else:

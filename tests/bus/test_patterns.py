@@ -42,7 +42,7 @@ def test_what_ros2_s_recorder_selects(case):
         ("/*_state", ["/balance_state"], ["/state_of"]),
     ],
 )
-def test_what_a_pattern_means(pattern, meant, not_meant):
+def test_pattern_selects_what_it_means(pattern, meant, not_meant):
     selection = Selection([pattern])
     assert [name for name in [*meant, *not_meant] if selection.includes(name)] == meant
 

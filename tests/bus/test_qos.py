@@ -61,7 +61,7 @@ def test_presets_are_those_of_ros_2(case):
 
 
 @pytest.mark.parametrize("case", cases("construct"))
-def test_construction(case):
+def test_profile_holds_what_it_is_given(case):
     fields = case["input"]
     if "equal" in case["expect"]:
         assert (profile(fields["a"]) == profile(fields["b"])) == case["expect"]["equal"]
@@ -74,7 +74,7 @@ def test_construction(case):
 
 
 @pytest.mark.parametrize("case", cases("policy_from_short_key", "string_roundtrip", "from_string", "to_string"))
-def test_words_of_policies(case):
+def test_policies_have_the_words_of_ros(case):
     policy = POLICIES[case["policy"]]
     found = {
         "policy_from_short_key": lambda: policy(case["input"]).name,

@@ -46,7 +46,7 @@ def numbers(text):
 
 @pytest.mark.parametrize("case", cases("ring/new", "ring/overwrite"))
 @virtual_time
-async def test_a_ring(make_bench, case):
+async def test_full_queue_keeps_the_newest(make_bench, case):
     bench = make_bench()
     publisher = bench.publisher()
     subscription = bench.subscription(depth=case["given"]["capacity"])
@@ -63,7 +63,7 @@ async def test_a_ring(make_bench, case):
 
 @pytest.mark.parametrize("case", cases("model/keep_last", "zenoh/ring-3-of-10"))
 @virtual_time
-async def test_keep_last(make_bench, case):
+async def test_depth_limits_what_is_kept(make_bench, case):
     bench = make_bench()
     publisher = bench.publisher()
     subscription = bench.subscription(depth=case["given"]["depth"])
@@ -76,7 +76,7 @@ async def test_keep_last(make_bench, case):
 
 @pytest.mark.parametrize("case", cases("model/transient_local", "model/volatile"))
 @virtual_time
-async def test_a_late_joiner(make_bench, case):
+async def test_late_joiner_gets_what_is_kept(make_bench, case):
     bench, given = make_bench(), case["given"]
     before, _, after = case["steps"]
     publisher = bench.publisher(depth=given["depth"], durability=given["durability"])
@@ -262,7 +262,7 @@ async def test_successor_keeps_the_history(make_bench):
 
 @pytest.mark.parametrize("case", cases("matched-event"))
 @virtual_time
-async def test_matched(make_bench, case):
+async def test_publisher_gets_each_match_event(make_bench, case):
     bench, events = make_bench(), []
     publisher = bench.publisher()
     publisher.on_event = events.append

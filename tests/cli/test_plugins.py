@@ -61,7 +61,7 @@ def test_names_and_summaries_are_listed(capsys: Captured):
 
 
 @pytest.mark.usefixtures("nothing_installed")
-def test_a_list_as_json(capsys: Captured):
+def test_list_is_the_same_as_json(capsys: Captured):
     assert main(["plugins", "list", "--json", "--folder", "plugins"]) == 0
     first = json.loads(capsys.readouterr().out)["plugins"][0]
     assert first == {
@@ -144,7 +144,7 @@ def test_info_says_why_nothing_can_be_built(code: str, reason: str, capsys: Capt
     assert "bug" not in printed
 
 
-def test_info_as_json(capsys: Captured):
+def test_json_holds_the_whole_info(capsys: Captured):
     Path("plugins/choosy.py").write_text(CHOOSY)
     assert main(["plugins", "info", "choosy", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)

@@ -56,7 +56,7 @@ def test_bug_is_found_with_field_and_exit_code(capsys, bag, tmp_path):
     assert rest == "  … and 199 more"
 
 
-def test_a_bug_as_json(capsys, bag, tmp_path):
+def test_json_names_each_difference(capsys, bag, tmp_path):
     folder = buggy_plugins(tmp_path)
     assert main(["replay", bag, "--plugin", "sensor_processor", "--folder", str(folder), "--json"]) == 3
     answer = json.loads(capsys.readouterr().out)
@@ -111,7 +111,7 @@ def test_incomplete_recording_is_refused(capsys, bag, tmp_path):
         ([LAB, "--tolerance", "nan"], "nan is no tolerance"),
     ],
 )
-def test_wrong_usage(capsys, bag, arguments, why):
+def test_wrong_usage_is_explained(capsys, bag, arguments, why):
     assert main(["replay", bag, *arguments]) == 2
     assert why in capsys.readouterr().err
 

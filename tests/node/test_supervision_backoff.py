@@ -14,7 +14,7 @@ CASES = json.loads((Path(__file__).parents[1] / "cases" / "k_supervision.json").
 
 
 @pytest.mark.parametrize("case", [pytest.param(c, id=c["id"]) for c in CASES if c["id"].startswith("intensity/")])
-def test_intensity(case):
+def test_crashes_beyond_the_limit_end_restarts(case):
     given_ = case["given"]
     policy = RestartPolicy(most=given_["max_restarts"], window_s=given_["period_s"])
     backoff = Backoff(policy)
@@ -24,7 +24,7 @@ def test_intensity(case):
     assert None not in pauses[:-1]
 
 
-def test_kubernetes_pauses():
+def test_pauses_are_those_of_kubernetes():
     [case] = [case for case in CASES if case["id"] == "kubernetes/backoff"]
     backoff = Backoff(RestartPolicy(most=100, first_s=10, longest_s=300, window_s=600))
     now_s, pauses = 0.0, []

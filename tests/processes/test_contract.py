@@ -281,7 +281,7 @@ nodes:
 
 
 @PLACEMENTS
-def test_pairs_of_nodes(start, apart):
+def test_pairs_behave_alike_wherever_they_run(start, apart):
     """All pairs at once, each in a namespace of its own: a run of two processes takes long to start."""
     nodes = [
         f"  {pair}_{name}: {{plugin: 'pair_{pair}:{name}', namespace: {pair}{more}}}\n"

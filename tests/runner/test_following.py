@@ -90,7 +90,7 @@ async def test_forward_jump_fires_due_timers_once():
 
 
 @follows
-async def test_source_backward_jump():
+async def test_each_step_back_is_reported():
     """Case source/backward_jump: 6, 5, 4, 3, 2 are published; each step back is told with its size."""
     async with harness(Ticker) as lab:
         jumps = []

@@ -105,7 +105,7 @@ def test_met_expectation_is_not_reported(wrong, section):
     assert wrong("" if section == "{}" else section) == []
 
 
-def test_an_average_rate(wrong):
+def test_wrong_average_rate_is_reported(wrong):
     text = "/imu was published at 5 Hz, not between 9.9 and 10.1 (seed 0, of 1)"
     assert wrong(RATE, source__stops_at_s=5) == [(12, text)]
     assert wrong(RATE.replace("10.1", ".inf"), source__stops_at_s=5)[0][1].startswith(
@@ -133,7 +133,7 @@ def test_dropped_messages_in_all_and_of_one_topic(wrong):
     ]
 
 
-def test_errors_in_the_log(wrong):
+def test_errors_in_the_log_are_counted(wrong):
     text = "the log has 100 errors: /source: nobody cares, the first of 100 times (seed 0, of 1)"
     assert wrong("no_errors: true", source__complains=True) == [(10, text)]
     assert wrong("no_errors: false", source__complains=True) == []

@@ -23,7 +23,7 @@ def test_a_shown_duration_reads_as_itself(ns):
         (float("inf"), float("inf")),
     ],
 )
-def test_units(text, seconds):
+def test_duration_is_read_with_its_unit(text, seconds):
     assert parse_duration(text) == seconds
 
 
@@ -34,6 +34,6 @@ def test_invalid_duration_is_refused_with_an_example(text):
 
 
 @pytest.mark.parametrize("value", [0, "0s", 1e-10, 1e300, -1, float("-inf")])
-def test_a_duration_lasts(value):
+def test_impossible_duration_is_refused(value):
     with pytest.raises(ValueError, match="at least 1 ns and at most 292 years"):
         parse_duration(value)

@@ -127,7 +127,7 @@ def test_incomplete_recording_is_played_as_far_as_possible(capsys, tmp_path):
 
 
 @pytest.mark.long
-def test_others_look_into_it(capsys, bag, place, played):
+def test_other_commands_look_into_playing(capsys, bag, place, played):
     played(bag, "--loop", "--clock", "100")
     wait_for_run(place, "talk")
     assert main(["topic", "echo", "numbers", "--once"]) == 0

@@ -59,7 +59,7 @@ class TestShippedTypes:
         assert main(["interface", "show", "sensor_msgs/Imu", "--all-comments"]) == 0
         assert "\n\t# " in capsys.readouterr().out
 
-    def test_constants_and_services(self, capsys: Captured):
+    def test_constants_and_services_are_shown(self, capsys: Captured):
         assert main(["interface", "show", "rcl_interfaces/msg/Log", "--no-comments"]) == 0
         assert capsys.readouterr().out.startswith("uint8 DEBUG=10\nuint8 INFO=20\n")
         assert main(["interface", "show", "std_srvs/srv/SetBool", "--no-comments"]) == 0
@@ -77,7 +77,7 @@ class TestShippedTypes:
         assert answer["name"] == "geometry_msgs/msg/Quaternion"
         assert answer["values"] == {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 
-    def test_lists(self, capsys: Captured):
+    def test_services_and_packages_are_listed(self, capsys: Captured):
         assert main(["interface", "list", "-s"]) == 0
         assert capsys.readouterr().out.startswith("Services:\n    action_msgs/srv/CancelGoal\n    control_msgs/")
         assert main(["interface", "package", "std_srvs"]) == 0

@@ -46,7 +46,7 @@ def test_output_is_that_of_ros2(capsys: Captured, ros2_said: Said, arguments: st
 
 
 @in_the_lab
-def test_counts(capsys: Captured):
+def test_count_is_that_of_the_list(capsys: Captured):
     assert main(["topic", "list", "-c"]) == 0
     count = int(capsys.readouterr().out)
     assert main(["topic", "list"]) == 0
@@ -116,7 +116,7 @@ def test_missing_run_is_exit_4_with_advice(capsys: Captured):
 
 
 @in_the_lab
-def test_stats_is_the_ledger(capsys: Captured):
+def test_stats_shows_each_subscription(capsys: Captured):
     assert main(["topic", "stats", "imu/data"]) == 0
     head, topic, line = (line.split() for line in capsys.readouterr().out.splitlines())
     assert head == ["topic", "type", "published", "rate", "delivered", "dropped", "queued"]

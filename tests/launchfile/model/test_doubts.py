@@ -26,7 +26,7 @@ from busflow.launchfile.model.doubts import Doubt, doubts
         (("x-own", "nodes"), None),
     ],
 )
-def test_doubt_of_each_key(path, expected):
+def test_each_doubt_is_raised_for_its_key(path, expected):
     assert doubts([path]) == ({expected} if expected else set())
 
 

@@ -55,7 +55,7 @@ def test_the_core_schema_of_yaml_1_2(text: str, value: object):
     assert type(found) is type(value)
 
 
-def test_not_a_number():
+def test_nan_is_read_as_a_number():
     assert math.isnan(plain_scalar(".NaN"))
 
 

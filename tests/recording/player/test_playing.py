@@ -284,7 +284,7 @@ def test_a_seek_is_inclusive(stepping):
     assert stepping(test) == [1, 1]
 
 
-def test_a_seek_forward(stepping):
+def test_seek_forward_skips_messages(stepping):
     """play/seek-forward"""
 
     async def test(playing):

@@ -68,7 +68,7 @@ def test_what_is_right_is_found_to_be_right(tmp_path, numbers):
         ((2, 1), RIGHT, [("incomplete", "sequence"), ("wrong", "sequence")], "message 1 comes after message 2"),
     ],
 )
-def test_numbers_and_the_ledger(tmp_path, numbers_, ledger, codes, said):
+def test_numbers_agree_with_the_ledger(tmp_path, numbers_, ledger, codes, said):
     found, text = found_in(write(tmp_path / "a.mcap", *((each, TRUE) for each in numbers_), ledger=ledger))
     assert found == codes
     assert said in text

@@ -37,6 +37,6 @@ def test_ipv4_peer_of_ipv6_server_keeps_its_address():
             assert [each.peer for each in found or ()] == ["127.0.0.1"]
 
 
-def test_other_systems_cannot_know(monkeypatch):
+def test_no_count_on_other_systems(monkeypatch):
     monkeypatch.setattr(sys, "platform", "darwin")
     assert silent_connections(7447) is None

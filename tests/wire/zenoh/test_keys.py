@@ -18,12 +18,12 @@ def test_a_topic_key_holds_domain_topic_type_hash():
     )
 
 
-def test_a_node_s_token():
+def test_token_of_a_node_is_rmw_zenohs():
     token = Token("aac3", 0, 0, TokenKind.NODE, "/", "talker")
     assert str(token) == "@ros2_lv/0/aac3/0/0/NN/%/%/talker"
 
 
-def test_an_endpoint_s_token():
+def test_token_of_an_endpoint_is_rmw_zenohs():
     token = Token(
         "aac3",
         0,

@@ -15,7 +15,7 @@ def test_this_machines_own_names_are_let_in(host: str):
 @pytest.mark.parametrize(
     "host", [None, "", "evil.example", "evil.example:8765", "127.0.0.1.evil.example", "[::1", "0.0.0.0:1"]
 )
-def test_no_other_names_are(host: str | None):
+def test_other_names_are_refused(host: str | None):
     assert Admission("127.0.0.1").refusal(host, None) is not None
 
 
@@ -55,12 +55,12 @@ def test_these_pages_are_let_in(origin: str, host: str):
     ],
 )
 @pytest.mark.parametrize("host", ["127.0.0.1", "192.168.1.5"])
-def test_no_other_pages_are(origin: str, host: str):
+def test_other_pages_are_refused(origin: str, host: str):
     refusal = Admission(host, ["http://a.lab:80"]).refusal(f"{host}:1", origin)
     assert refusal == f"a page of {origin} may not connect; --allow-origin {origin} lets it"
 
 
-def test_what_is_local():
+def test_only_addresses_of_this_machine_are_local():
     assert [is_local(each) for each in ("127.0.0.1", "::1", "Localhost", "10.0.0.1", "::", "")] == [True] * 3 + [
         False
     ] * 3

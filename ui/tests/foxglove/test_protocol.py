@@ -131,7 +131,7 @@ def test_every_frame_is_read_or_refused(message: str | bytes):
         ),
     ),
 )
-def test_no_object_does_either(op: str, fields: dict[str, Any]):
+def test_every_object_is_read_or_refused(op: str, fields: dict[str, Any]):
     with contextlib.suppress(MalformedMessage):
         protocol.read(json.dumps({"op": op, **fields}))
 
