@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.message import Message as Message
     from busflow.interfaces.message import ServiceType as ServiceType
     from busflow.interfaces.message import take as take
+    from busflow.log import Logger as Logger
     from busflow.node.declarations import client as client
     from busflow.node.declarations import publisher as publisher
     from busflow.node.declarations import timer as timer
@@ -111,6 +112,7 @@ _HOMES = {
     "Length": "interfaces.message",
     "LivelinessChanged": "bus.events",
     "LivelinessLost": "bus.events",
+    "Logger": "log",
     "Message": "interfaces.message",
     "MessageLost": "bus.events",
     "Node": "node.node",
@@ -192,6 +194,7 @@ __all__ = [
     "Length",
     "LivelinessChanged",
     "LivelinessLost",
+    "Logger",
     "Message",
     "MessageLost",
     "Node",

@@ -11,10 +11,8 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TextIO, cast
-
-import structlog
-from structlog.typing import EventDict, FilteringBoundLogger
 
 from busflow.text import plain, printable
 from busflow.validation.tracebacks import reason, user_line
@@ -42,6 +40,45 @@ class LogRecord:
 
 
 Sink = Callable[[LogRecord], None]
+Write = Callable[[str, str, Mapping[str, Any], Mapping[str, Any]], None]
+"""Writes a line of one node: its level, its text, the values of its logger, and its own."""
+
+
+class Logger:
+    """A logger of one node. A line is a text and named values; `exc_info=error` adds what was raised, and where."""
+
+    __slots__ = ("_values", "_write")
+
+    def __init__(self, write: Write, values: Mapping[str, Any] = MappingProxyType({})) -> None:
+        self._write, self._values = write, values
+
+    def bind(self, **values: Any) -> Logger:
+        """Return a logger whose lines have these values too."""
+        return Logger(self._write, {**self._values, **values})
+
+    def debug(self, event: str, /, **values: Any) -> None:
+        """Write a line of the level debug."""
+        self._write("debug", event, self._values, values)
+
+    def info(self, event: str, /, **values: Any) -> None:
+        """Write a line of the level info."""
+        self._write("info", event, self._values, values)
+
+    def warning(self, event: str, /, **values: Any) -> None:
+        """Write a line of the level warning."""
+        self._write("warning", event, self._values, values)
+
+    def error(self, event: str, /, **values: Any) -> None:
+        """Write a line of the level error."""
+        self._write("error", event, self._values, values)
+
+    def critical(self, event: str, /, **values: Any) -> None:
+        """Write a line of the level critical."""
+        self._write("critical", event, self._values, values)
+
+    def exception(self, event: str, /, **values: Any) -> None:
+        """Write a line of the level error, with the exception that is being handled."""
+        self._write("error", event, self._values, {"exc_info": True, **values})
 
 
 class Log:
@@ -58,17 +95,10 @@ class Log:
         """The lowest level that is written, where none is set for a node."""
         self._clock = clock
         self._levels: dict[str, str] = {}
-        self._wrappers: dict[str, Any] = {}
-        """The class of each node's loggers, which those that the node binds values to have too."""
 
-    def bind(self, node: str, *, to_all: bool = True) -> FilteringBoundLogger:
+    def bind(self, node: str, *, to_all: bool = True) -> Logger:
         """Return the logger of one node; without `to_all`, its lines go only to sinks added later."""
-        write = partial(self._write, node, to_all)
-        if node not in self._wrappers:
-            self._wrappers[node] = type("NodeLogger", (self._filter(node),), {})
-        wrapper = self._wrappers[node]
-        logger = structlog.wrap_logger(None, processors=[write], wrapper_class=wrapper, context_class=dict)
-        return cast("FilteringBoundLogger", logger.bind())
+        return Logger(partial(self._write, node, to_all))
 
     def level_of(self, node: str) -> str:
         """Return the lowest level that is written of a node."""
@@ -77,28 +107,22 @@ class Log:
     def set_level(self, node: str, level: str) -> None:
         """Set the lowest level that is written of a node, also for the loggers that it has already."""
         self._levels[node] = level
-        if node in self._wrappers:
-            self._wrappers[node].__bases__ = (self._filter(node),)
-
-    def _filter(self, node: str) -> type[Any]:
-        """Return structlog's class whose methods below the node's level do nothing, at hardly any cost."""
-        return cast("type[Any]", structlog.make_filtering_bound_logger(LEVELS[self.level_of(node)]))
 
     def pass_on(self, record: LogRecord) -> None:
         """Write a line of another process, from any thread; it was filtered there."""
         self.counts[record.level] = self.counts.get(record.level, 0) + 1
         self._show(record)
 
-    def _write(self, node: str, to_all: bool, _logger: object, level: str, event: EventDict) -> EventDict:
-        values = dict(event)
-        text = str(values.pop("event", ""))
-        if level == "exception":
-            level = "error"
+    def _write(
+        self, node: str, to_all: bool, level: str, event: str, bound: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> None:
+        if LEVELS[level] < LEVELS[self.level_of(node)]:
+            return
+        values = {**bound, **given}
         values |= _raised(values.pop("exc_info", None))
-        self.counts[level] = self.counts.get(level, 0) + 1
-        record = LogRecord(self._clock.now().nanoseconds, level, node, text, values)
+        self.counts[level] += 1
+        record = LogRecord(self._clock.now().nanoseconds, level, node, str(event), values)
         self._show(record, without=() if to_all else self._first)
-        raise structlog.DropEvent  # the sinks have written it; structlog itself writes nothing
 
     def _show(self, record: LogRecord, without: Sequence[Sink] = ()) -> None:
         for sink in [each for each in self.sinks if each not in without]:

@@ -19,7 +19,7 @@ from types import ModuleType
 OTHERS = (
     "anyio._backends._asyncio click ctypes importlib.metadata mcap.reader mcap.writer multiprocessing numpy.random "
 )
-OTHERS += "pydantic.json_schema shutil structlog subprocess tempfile yaml"
+OTHERS += "pydantic.json_schema shutil subprocess tempfile yaml"
 """Modules of others that ask for the platform when they are imported."""
 MISSING_MODULES = {"win32": "fcntl grp pty pwd readline resource syslog termios tty", "darwin": ""}
 """Modules of the standard library that are there on Linux and not on the platform."""

@@ -17,10 +17,9 @@ from busflow.text import printable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.bus.bus import Bus
     from busflow.bus.topic import Topic
+    from busflow.log import Logger
     from busflow.msgs.geometry_msgs import TransformStamped
     from busflow.msgs.tf2_msgs import TFMessage
 
@@ -42,7 +41,7 @@ class Sender:
 class SharedFrames:
     """One tree of frames, and the nodes of this process that send to it or wait for it."""
 
-    def __init__(self, bus: Bus, moving: str, fixed: str, log: FilteringBoundLogger) -> None:
+    def __init__(self, bus: Bus, moving: str, fixed: str, log: Logger) -> None:
         """Listen to both topics, which exist, from now on and to what their publishers keep."""
         self.tree: FrameTree = FrameTree()
         self.topics: tuple[str, str] = (moving, fixed)
@@ -201,7 +200,7 @@ def numbers_of(message: TransformStamped) -> Rigid:
     return (translation.x, translation.y, translation.z, rotation.x, rotation.y, rotation.z, rotation.w)
 
 
-def shared_frames(bus: Bus, moving: str, fixed: str, log: FilteringBoundLogger) -> SharedFrames:
+def shared_frames(bus: Bus, moving: str, fixed: str, log: Logger) -> SharedFrames:
     """Return the tree of a process for these topics, made for the first node that asks."""
     key: Any = (SharedFrames, moving, fixed)
     return bus.shared.get(key) or bus.shared.setdefault(key, SharedFrames(bus, moving, fixed, log))

@@ -8,19 +8,19 @@ from inspect import iscoroutine
 from typing import Any
 
 import anyio.abc
-from structlog.typing import FilteringBoundLogger
 
 from busflow.bus.dispatcher import Dispatcher
 from busflow.bus.failure import Failure, is_failure
 from busflow.bus.services.call import Activity, detach_activity
 from busflow.errors import NotRunning
 from busflow.interfaces.message import Message
+from busflow.log import Logger
 
 
 class NodeLifetime:
     """State of a node between start and end, for the code that calls its handlers."""
 
-    log: FilteringBoundLogger
+    log: Logger
     """The run's log, bound to the node; there from its declaration on."""
     dispatcher: Dispatcher
     """The dispatcher that calls its handlers and delivers at once what it publishes; set once it is connected."""
@@ -46,7 +46,7 @@ class NodeLifetime:
         self._awaited: list[Awaitable[None]] = []
         """The awaitables of the node's own code that are being awaited."""
 
-    def be_called(self, name: str, log: FilteringBoundLogger) -> None:
+    def be_called(self, name: str, log: Logger) -> None:
         """Set the node's full name and its log."""
         self.name: str = name
         self.starting.name = f"start() of {name}"

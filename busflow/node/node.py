@@ -8,7 +8,6 @@ from inspect import getattr_static, iscoroutinefunction, isfunction
 from typing import Any, Never, TypeVar, TypeVarTuple, Unpack, overload
 
 import anyio.to_thread
-from structlog.typing import FilteringBoundLogger
 
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
@@ -20,6 +19,7 @@ from busflow.bus.timer import Missed, Timer, TimerHandler, exact_period
 from busflow.clock import Clock
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
+from busflow.log import Logger
 from busflow.node.context import Rng
 from busflow.node.declarations import ParametersDeclaration
 from busflow.node.handlers import inherit
@@ -164,7 +164,7 @@ class Node(_RclpyNames):
         return self._runtime.clock
 
     @property
-    def log(self) -> FilteringBoundLogger:
+    def log(self) -> Logger:
         """The run's log, bound to this node: `self.log.warning("joint out of range", joint=name)`."""
         return self._runtime.log
 

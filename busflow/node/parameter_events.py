@@ -6,13 +6,12 @@ from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from structlog.typing import FilteringBoundLogger
-
 from busflow.bus import qos
 from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.publisher import Publisher
 from busflow.clock import Clock
 from busflow.errors import BusflowError
+from busflow.log import Logger
 from busflow.node.parameter_store import ParameterChange, ParameterStore
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ class ParameterEvents:
         parameters: ParameterStore,
         create_publisher: Callable[..., Publisher[Any]],
         clock: Clock,
-        log: FilteringBoundLogger,
+        log: Logger,
     ) -> None:
         self._parameters = parameters
         self._create = create_publisher

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
-from structlog.typing import FilteringBoundLogger
-
 from busflow.bus import names
 from busflow.bus.endpoint import Endpoint, Line, ServiceEndpoint
 from busflow.bus.publisher import Publisher
@@ -19,6 +17,7 @@ from busflow.bus.subscription import MessageHandler, Subscription
 from busflow.bus.timer import Missed, Timer, TimerHandler
 from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
 from busflow.interfaces.message import Message
+from busflow.log import Logger
 from busflow.node.callbacks import EventHandler, ParameterHandler
 from busflow.node.context import Rng, Surroundings
 from busflow.node.declarations import (
@@ -92,7 +91,7 @@ class NodeRuntime:
         return self.surroundings.clock
 
     @cached_property
-    def log(self) -> FilteringBoundLogger:
+    def log(self) -> Logger:
         """The run's log, bound to this node."""
         return self.surroundings.log.bind(self.full_name)
 

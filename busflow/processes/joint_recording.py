@@ -23,11 +23,10 @@ from busflow.runner.service_events import SUFFIX
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.launchfile.check.preflight import Plan
     from busflow.launchfile.model.description import RecordSpec
     from busflow.launchfile.model.placement import Placement
+    from busflow.log import Logger
     from busflow.recording.recorder.share import Share
     from busflow.runner.report import Report
 
@@ -39,9 +38,7 @@ _LARGEST_REPORT = 512 << 10
 class JointRecording(Extension):
     """A recording of several files: one for each process, and one more for each restart of a process."""
 
-    def __init__(
-        self, spec: RecordSpec, placement: Placement, plan: Plan, log: FilteringBoundLogger, *, run: str
-    ) -> None:
+    def __init__(self, spec: RecordSpec, placement: Placement, plan: Plan, log: Logger, *, run: str) -> None:
         """Prepare the recording; `begin` makes its directory.
 
         Args:

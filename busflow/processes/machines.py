@@ -16,9 +16,8 @@ from busflow.wire.machines.probe import why_not_linked
 from busflow.wire.zenoh.network import Network
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.launchfile.model.network import NetworkAddress, NetworkSpec
+    from busflow.log import Logger
 
 _OLDER_S = 0.5
 """Least time of a link to another machine with which this run counts as older than another run of this machine."""
@@ -46,7 +45,7 @@ class _Machine:
 class Machines:
     """Link states of a run's other machines; no node waits for them."""
 
-    def __init__(self, spec: NetworkSpec, own: str, log: FilteringBoundLogger, seconds: Callable[[], float]) -> None:
+    def __init__(self, spec: NetworkSpec, own: str, log: Logger, seconds: Callable[[], float]) -> None:
         """Begin with no machine linked.
 
         Args:

@@ -22,10 +22,8 @@ from busflow.runner.signals import CODES, signal_name
 from busflow.runner.supervisor import NodeState
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.launchfile.model.description import ProcessSpec
-    from busflow.log import LogRecord
+    from busflow.log import Logger, LogRecord
     from busflow.node.supervision import RestartPolicy
 
 _LASTING = {ExitCode.USAGE, ExitCode.INCOMPLETE}
@@ -112,7 +110,7 @@ class WorkerProcess:
         arguments: Sequence[str],
         environment: Mapping[str, str],
         owner: WorkerOwner,
-        log: FilteringBoundLogger,
+        log: Logger,
     ) -> None:
         self.name: str = spec.name
         self.nodes: tuple[str, ...] = tuple(nodes)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from busflow.clock import perf_counter
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
+    from busflow.log import Logger
 
 LINES_PER_SECOND = 1000
 """The most lines of a program that the log takes in a second."""
@@ -20,7 +20,7 @@ _HELD_UP = 10
 class Output:
     """Writes a program's lines to the log, in the thread that reads them."""
 
-    def __init__(self, log: FilteringBoundLogger, ready: str | None, on_ready: Callable[[], None]) -> None:
+    def __init__(self, log: Logger, ready: str | None, on_ready: Callable[[], None]) -> None:
         """Begin without lines; `on_ready` is called with each line that has the text `ready`."""
         self.lines: int = 0
         """The number of lines so far."""

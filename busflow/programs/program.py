@@ -25,9 +25,8 @@ from busflow.runner.signals import signal_name
 from busflow.runner.supervisor import PATIENCE_S
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.launchfile.model.description import ProgramSpec
+    from busflow.log import Logger
     from busflow.runner.supervisor import Prerequisite
 
 _KEEPER = str(Path(keeper.__file__))
@@ -62,9 +61,7 @@ class ProgramOwner:
 class Program:
     """A program and its lives: a life is one start of it, until nothing of it is left."""
 
-    def __init__(
-        self, spec: ProgramSpec, environment: Mapping[str, str], owner: ProgramOwner, log: FilteringBoundLogger
-    ) -> None:
+    def __init__(self, spec: ProgramSpec, environment: Mapping[str, str], owner: ProgramOwner, log: Logger) -> None:
         """Prepare the program; `live` starts it."""
         self.name: str = spec.name
         self.spec = spec

@@ -17,10 +17,9 @@ from busflow.runner.extension import Extension
 from busflow.wire.zenoh.session import open_router
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.clock import Clock
     from busflow.launchfile.model.network import NetworkAddress
+    from busflow.log import Logger
 
 _PERIOD_S = 1.0
 """Interval of the checks whether the router has ended; a router that is started again has as long to come first."""
@@ -29,7 +28,7 @@ _PERIOD_S = 1.0
 class RouterSuccessor(Extension):
     """The router that a run opens when the one that it has joined has ended."""
 
-    def __init__(self, router: NetworkAddress, clock: Clock, log: FilteringBoundLogger) -> None:
+    def __init__(self, router: NetworkAddress, clock: Clock, log: Logger) -> None:
         """Prepare to take the place of the router at an address."""
         self._router, self._clock, self._log = router, clock, log
         self._session: Any = None

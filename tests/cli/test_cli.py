@@ -21,7 +21,7 @@ BUFFERED = os.environ | {"PYTHONUNBUFFERED": ""}
 BUSFLOW = [sys.executable, "-c", "import sys; from busflow.cli import main; sys.exit(main())"]
 
 BAG = Path(__file__).parents[1] / "cases/rosbag2/talker/talker.mcap"
-HEAVY = ("pydantic", "numpy", "structlog", "asyncio", "rich", "anyio", "yaml")
+HEAVY = ("pydantic", "numpy", "asyncio", "rich", "anyio", "yaml")
 IMPORTS = (
     "import sys, busflow.cli\n"
     "code = busflow.cli.main(sys.argv[2:])\n"

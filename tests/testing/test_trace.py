@@ -254,7 +254,7 @@ def test_lab_trace_is_equal_in_every_process(trace):
 @pytest.mark.parametrize("python", [f"python3.{minor}" for minor in range(11, 15) if minor != sys.version_info.minor])
 def test_lab_trace_is_equal_in_every_python(trace, python):
     found = shutil.which(python)
-    needs = "import anyio, pydantic, numpy, structlog, yaml"
+    needs = "import anyio, pydantic, numpy, yaml"
     if found is None or subprocess.run([found, "-c", needs], capture_output=True).returncode:
         pytest.skip(f"no {python} with what busflow needs")
     assert lab_trace(found, "0") == trace

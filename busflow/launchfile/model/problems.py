@@ -12,7 +12,7 @@ from busflow.launchfile.model.description import NodeSpec
 from busflow.launchfile.yaml.value import Origin, Value
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
+    from busflow.log import Logger
 
 MOST = 100
 
@@ -82,7 +82,7 @@ def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]
     return sorted((each for n, each in enumerate(found) if each.place is None or each not in found[:n]), key=position)
 
 
-def log_problems(problems: Iterable[Problem], log: FilteringBoundLogger, *, embedded: bool) -> None:
+def log_problems(problems: Iterable[Problem], log: Logger, *, embedded: bool) -> None:
     """Log problems that do not prevent a graph from running.
 
     Args:

@@ -25,12 +25,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.bus.endpoint import Endpoint
     from busflow.bus.failure import Failure
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec, SnapshotSpec
+    from busflow.log import Logger
     from busflow.recording.recorder.channels import Track
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
@@ -45,7 +44,7 @@ MOST_AT_ONCE = 4
 class FailureSnapshots:
     """The snapshots that failures cause, up to a limit."""
 
-    def __init__(self, log: FilteringBoundLogger, snapshot: Callable[[str], object]) -> None:
+    def __init__(self, log: Logger, snapshot: Callable[[str], object]) -> None:
         self._log, self._snapshot = log, snapshot
         self._failures = 0
 

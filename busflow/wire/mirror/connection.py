@@ -10,10 +10,10 @@ from busflow.wire.zenoh.keys import DOMAIN, topic_key
 
 if TYPE_CHECKING:
     import zenoh
-    from structlog.typing import FilteringBoundLogger
 
     from busflow.bus.bus import Bus
     from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.log import Logger
     from busflow.wire.queries.queries import Supports
     from busflow.wire.shared_memory.arena import Arenas
     from busflow.wire.shared_memory.neighbours import MemoryNeighbours
@@ -31,7 +31,7 @@ class Connection:
     """Sends large messages in a thread, so that the event loop never waits for the link."""
     replier: SenderThread
     """A second such thread for calls and answers: they do not wait behind images for a reader that has stopped."""
-    log: FilteringBoundLogger
+    log: Logger
     arenas: Arenas
     """The memory into which this process's publishers write large messages."""
     neighbours: MemoryNeighbours

@@ -13,9 +13,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.bus.dispatcher import Dispatcher
+    from busflow.log import Logger
 
 MOST_TOKENS = 10_000
 """Limit of the tokens that are handled; a neighbour that shows more is faulty or malicious."""
@@ -29,7 +28,7 @@ class TokenIntake:
         dispatcher: Dispatcher,
         on_loop: Callable[..., None],
         handle: Callable[[str, bool], None],
-        log: FilteringBoundLogger,
+        log: Logger,
     ) -> None:
         """Create an empty intake.
 

@@ -26,8 +26,7 @@ from busflow.wire.zenoh.keys import QUERY_PREFIX
 from busflow.wire.zenoh.refusal import encode_refusal
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
+    from busflow.log import Logger
     from busflow.wire.zenoh.sender import SenderThread
 
 _ARGUMENT_BYTES = 1 << 20
@@ -59,7 +58,7 @@ class QuestionServer:
         questions: Mapping[str, Question],
         *,
         sender: SenderThread,
-        log: FilteringBoundLogger,
+        log: Logger,
         on_loop: Callable[..., None],
     ) -> None:
         """Start to answer; `on_loop` runs a function on the event loop, from any thread."""

@@ -17,7 +17,7 @@ import zenoh
 from busflow.wire.zenoh.keys import QUERY_PREFIX
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
+    from busflow.log import Logger
 
 
 _PROC = Path("/proc")
@@ -34,7 +34,7 @@ class MemoryNeighbours:
         session: zenoh.Session,
         on_loop: Callable[..., None],
         on_change: Callable[[], None],
-        log: FilteringBoundLogger,
+        log: Logger,
     ) -> None:
         """Create a record without neighbours; `on_change` is called on the loop whenever one has come or gone."""
         self._session, self._on_loop, self._on_change, self._log = session, on_loop, on_change, log

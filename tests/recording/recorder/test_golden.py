@@ -24,7 +24,7 @@ async def main():
 
 main()
 """
-NEEDS = "import anyio, mcap, numpy, pydantic, structlog, yaml"
+NEEDS = "import anyio, mcap, numpy, pydantic, yaml"
 
 
 def lab(path, *, python=sys.executable, hash_seed="0"):
