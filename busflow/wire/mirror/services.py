@@ -22,7 +22,6 @@ from busflow.wire.mirror.service_inlet import RemoteServer
 from busflow.wire.mirror.service_outlet import ServiceOutlet
 from busflow.wire.queries.logger_services import LoggerServices
 from busflow.wire.queries.parameter_services import ParameterServices
-from busflow.wire.queries.type_services import TypeServices
 from busflow.wire.zenoh.keys import Token, TokenKind
 
 if TYPE_CHECKING:
@@ -76,9 +75,12 @@ class ServiceMirror:
         """Answer ROS 2's services for a node's parameters and log level; a restart replaces the former store."""
         self.detach_parameters(store.node)
         self._shown[store], self._outlets[store] = [], []
-        loggers = LoggerServices(self._levels, store.node)
-        types = TypeServices(self._bus, self._supports, store.node).all() if self._connection.describes_types else ()
-        for name, service_type, answer in (*ParameterServices(store).all(), *loggers.all(), *types):
+        services = [*ParameterServices(store).all(), *LoggerServices(self._levels, store.node).all()]
+        if self._connection.describes_types:
+            from busflow.wire.queries.type_services import TypeServices  # with messages that only ROS 2's nodes need
+
+            services += TypeServices(self._bus, self._supports, store.node).all()
+        for name, service_type, answer in services:
             token = self._make_token(TokenKind.SERVICE, store.node, name, self._supports(service_type), _QOS)
             self._shown[store].append(self._session.liveliness().declare_token(str(token)))
             self._outlets[store].append(self._outlet(name, service_type, answer))
