@@ -80,6 +80,9 @@ class Logger:
         """Write a line of the level error, with the exception that is being handled."""
         self._write("error", event, self._values, {"exc_info": True, **values})
 
+    warn = warning  # rclpy's names for both
+    fatal = critical
+
 
 class Log:
     """The log of the nodes of a run, with the number of lines per level."""

@@ -28,6 +28,14 @@ def test_record_has_time_level_node_text_values():
     assert abs(records[0].stamp_ns - SystemClock().now().nanoseconds) < 60e9
 
 
+def test_warn_and_fatal_are_names_of_rclpy():
+    log, records = logged()
+    node = log.bind("/talker")
+    node.warn("too warm")
+    node.fatal("on fire")
+    assert [(each.level, each.event) for each in records] == [("warning", "too warm"), ("critical", "on fire")]
+
+
 def test_bound_values_stay_in_their_logger():
     log, records = logged()
     left = log.bind("/left").bind(joint="knee")
