@@ -43,8 +43,8 @@ PATIENCE_S = 60.0
 RECOVERY_S = 5.0
 MOST, WINDOW_S, FIRST_S, LONGEST_S = 30, 10.0, 0.05, 0.5
 RESTART = f"{{policy: always, max: {MOST}, window: {WINDOW_S}s, backoff: [{FIRST_S}s, {LONGEST_S}s]}}"
-STOPPED_S, CALL_S, LATE_S = 4.0, 1.0, 2.0
-"""How long a process may be stopped, the limit of a call, and how long one may take with it."""
+STOPPED_S, CALL_S, LATE_S, GRACE_S = 4.0, 1.0, 2.0, 0.75
+"""How long a process may be stopped, the limit of a call, how long one may take with it, and nodes to stop."""
 UNSURE_S = 0.5
 """How much later than it happened a line of the log may be written."""
 LINES_PER_S = 100.0
@@ -205,9 +205,9 @@ class Run:
         return took
 
 
-def launch_file(limit_s: float) -> str:
-    """The run: a process for each beater, the main one with a beater of its own, whose calls have this limit."""
-    lines = ["name: chaos", "plugins: [plugins]", "processes:"]
+def launch_file(slowness: float) -> str:
+    """The run: a process for each beater, the main one with a beater of its own."""
+    lines = ["name: chaos", "plugins: [plugins]", f"shutdown: {{grace: {GRACE_S * slowness}s}}", "processes:"]
     lines += [f"  {name}:\n    restart: {RESTART}" for name in VICTIMS]
     lines += ["  calm:", "  steady:", "nodes:"]
     everybody = ("main", *VICTIMS)
@@ -215,14 +215,14 @@ def launch_file(limit_s: float) -> str:
     heard_by |= {"calm": ["steady"], "steady": ["calm"]}
     for name, heard in heard_by.items():
         hears = ", ".join(f"beater_{other}" for other in heard)
-        parameters = f"{{limit_s: {limit_s}, hears: [{hears}]}}"
+        parameters = f"{{limit_s: {CALL_S * slowness}, hears: [{hears}]}}"
         lines.append(f"  beater_{name}: {{plugin: beater, process: {name}, parameters: {parameters}}}")
     return "\n".join(lines) + "\n"
 
 
 @contextmanager
-def started(limit_s: float) -> Iterator[tuple[Run, Path]]:
-    """The run in a folder of its own, ended whatever happens; its calls have this limit."""
+def started(slowness: float) -> Iterator[tuple[Run, Path]]:
+    """The run in a folder of its own, ended whatever happens."""
     with (
         tempfile.TemporaryDirectory(prefix="chaos") as folder,
         # The path of a socket must be short, which not every system's own folder for such files lets it be.
@@ -230,7 +230,7 @@ def started(limit_s: float) -> Iterator[tuple[Run, Path]]:
     ):
         (Path(folder) / "plugins").mkdir()
         (Path(folder) / "plugins/beater.py").write_text(PLUGIN)
-        (Path(folder) / "chaos.yaml").write_text(launch_file(limit_s))
+        (Path(folder) / "chaos.yaml").write_text(launch_file(slowness))
         os.environ["BUSFLOW_RUNTIME_DIR"] = runtime
         run = Run(Path(folder), Path(runtime))
         try:
@@ -437,7 +437,7 @@ def judge_restarts(run: Run, outcome: Outcome, slowness: float) -> None:
 def chaos(seconds: float, seed: int, *, slowness: float = 1.0) -> Outcome:
     """Attack a run for so long, and say what it came to; all that is about time may take `slowness` times as long."""
     outcome, allowed_s = Outcome(seed), RECOVERY_S * slowness
-    with started(CALL_S * slowness) as (run, folder):
+    with started(slowness) as (run, folder):
         if all_answer(PATIENCE_S) is None:
             outcome.broken.append(f"it did not start: {''.join(run.told)}")
             return outcome
