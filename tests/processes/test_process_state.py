@@ -36,6 +36,7 @@ class Counter(Node):
 """
 FILE = """
 plugins: [.]
+shutdown: {grace: 20s}
 env: {ROBOT: left-handed}
 processes: {far: {restart: never}}
 nodes:
