@@ -211,7 +211,7 @@ def test_hostile_bytes_are_read_or_refused_without_memory(case):
         (String, "0001000003000000 61ff00", "data at byte 9: the text is not UTF-8: invalid start byte"),
         (String, "0001000004000000 eda08000", "data at byte 8: the text is not UTF-8: invalid continuation byte"),
         (Bool, "0001000002", "data at byte 4: a bool is 0 or 1, not 2"),
-        (Flags, "00010000 01000000 02000000 0102", "flags at byte 13: a bool is 0 or 1, not 2"),
+        (Flags, "00010000 01000000 02000000 01020000 00000000", "flags at byte 13: a bool is 0 or 1, not 2"),
         (
             Flags,
             "00010000 00000000 00000000 01000000 02000000 6161",
