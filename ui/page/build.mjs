@@ -44,6 +44,7 @@ if (watching) {
   await (await context(options)).watch();
 } else {
   const { metafile } = await build(options);
+  await preloadChunks(metafile);
   await build({ ...shared, entryPoints: pointsOf(STATIC), format: "iife" });
   // The elements take the page's own styles, and a book without a server those of one with it.
   for (const name of ["components.css", "book_static.css"]) await rm(path.join(DIST, name), { force: true });
@@ -53,6 +54,14 @@ if (watching) {
 
 function pointsOf(entries) {
   return Object.entries(entries).map(([out, file]) => ({ in: file, out }));
+}
+
+/** Names in index.html what app.js imports: the browser loads it beside app.js, and not after it. */
+async function preloadChunks({ outputs }) {
+  const imported = outputs["dist/app.js"].imports.filter(({ kind }) => kind === "import-statement");
+  const links = imported.map((each) => `<link rel="modulepreload" href="${path.basename(each.path)}" />\n    `);
+  const file = path.join(DIST, "index.html");
+  await writeFile(file, (await readFile(file, "utf8")).replace("<script", `${links.join("")}<script`));
 }
 
 /** The name, version, licence and licence text of every package of which a byte is in the bundles. */
