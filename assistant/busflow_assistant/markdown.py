@@ -17,6 +17,8 @@ _PARSER = MarkdownIt("commonmark").enable("table")
 _MARKER = re.compile(r"[ \t>]*(?:[-*+]|\d{1,9}[.)])[ \t]+(?:\[[ xX]\][ \t]+)?|[ \t>]+")
 _RULE = re.compile(r"[\s|:-]+")
 _FENCE = re.compile(r"[ \t>]*(?:`{3,}|~{3,})")
+_FRONT_MATTER = re.compile(r"\A---[ \t]*\r?\n(?:.*\r?\n)*?---[ \t]*(?:\r?\n|\Z)")
+"""What a site's generator reads, and no reader: title, tags and the like."""
 _COMMENT = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
 
 
@@ -50,7 +52,7 @@ class _Reader:
         self._headings: list[tuple[int, str]] = []
 
     def passages(self) -> Iterator[Passage]:
-        tokens = _PARSER.parse(self._source)
+        tokens = _PARSER.parse(_FRONT_MATTER.sub(lambda found: re.sub(r"[^\r\n]", " ", found[0]), self._source))
         at = 0
         while at < len(tokens):
             token = tokens[at]

@@ -60,6 +60,11 @@ def test_headings_stand_above_their_passages():
     assert title(page) == "A"
 
 
+def test_front_matter_of_a_page_is_no_text():
+    page = read_page("page.md", "---\r\ntitle: Pumps\r\ntags: [water]\r\n---\r\nA pump moves water.\r\n")
+    assert [page.text(each.span) for each in page.passages] == ["A pump moves water."]
+
+
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
 def test_units_are_in_order_within_their_passage(path: Path):
     page = read_page(path.name, path.read_text(encoding="utf-8"))
