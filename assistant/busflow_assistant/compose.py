@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Container, Iterator, Sequence
+from itertools import takewhile
 
 from busflow_assistant.answer import Citation
 from busflow_assistant.answer_kinds import AnswerKind
@@ -11,7 +12,7 @@ from busflow_assistant.passages import Extent, PassageShape
 from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import LONGEST, Ranked, units_of
 from busflow_assistant.read import alike, body
-from busflow_assistant.search_index import Citable, SearchIndex
+from busflow_assistant.search_index import Citable, SearchIndex, indent
 
 MOST = 3
 """Citations of an answer."""
@@ -71,6 +72,8 @@ def _leads_on(
     question: AskedQuestion, index: SearchIndex, group: list[Citable], scope: Container[int]
 ) -> list[Citable]:
     """Sentences with the short list or code that they lead to."""
+    if below := _below(index, group[-1], scope):
+        return [*group, *below]
     after = group[-1].number + 1
     if after not in scope or index.units[after].page is not group[-1].page:
         return group
@@ -81,6 +84,15 @@ def _leads_on(
     leads = group[-1].text.endswith(":") and shape is not PassageShape.PROSE
     lists = AnswerKind.LIST in question.wanted and shape in {PassageShape.LIST, PassageShape.TABLE}
     return [*group, *units] if (leads or lists) and shape is not PassageShape.HEADING else group
+
+
+def _below(index: SearchIndex, item: Citable, scope: Container[int]) -> list[Citable]:
+    """The items below one that leads to them."""
+    if item.passage.shape is not PassageShape.LIST or not item.text.endswith(":"):
+        return []
+    after = (unit for unit in units_of(index, item, scope) if unit.number > item.number)
+    found = list(takewhile(lambda unit: indent(unit) > indent(item), after))
+    return found if found and found[-1].span.end - item.span.start <= LED_TO else []
 
 
 def _with_neighbours(

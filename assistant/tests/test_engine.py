@@ -178,6 +178,14 @@ def test_sentence_beside_a_matching_one_is_compared():
     assert [index.units[number].text for number in found] == ["A census is long.", "This one counts trees."]
 
 
+def test_item_is_cited_with_the_items_below_it():
+    page = (
+        "# Steps\n\n1. Fill the tank\n2. Make a message that includes:\n   - the pressure\n   - the flow\n3. Send it\n"
+    )
+    answer = Engine([read_page("steps.md", page)]).ask("What does the message include?")
+    assert answer.citations[0].text == page[page.index("Make") : page.index("\n3.")]
+
+
 def test_answer_from_outside_the_selection_says_so():
     answer = ask("which modes are there", selection="A pump moves water. It runs at 20 Hz")
     assert (answer.answered, answer.scope) == (True, AnswerScope.PAGE)
