@@ -15,6 +15,7 @@ class AnswerKind(StrEnum):
     DURATION = "duration"
     COUNT = "count"
     AMOUNT = "amount"
+    LIMIT = "limit"
     VERSION = "version"
     DEFAULT = "default"
     LIST = "list"
@@ -28,6 +29,10 @@ class AnswerKind(StrEnum):
 
 
 _SIZES = "big|large|high|tall|wide|fast|far|deep|small|much|heavy"
+_QUANTITIES = (
+    "mass|weight|length|height|width|depth|radius|diameter|distance|range|speed|velocity|voltage|current|power|torque|force"
+    "|temperature|price|cost|resolution|bandwidth|latency|percentage|size|capacity|angle"
+)
 _TIMES = "seconds|minutes|hours|days|ms|milliseconds"
 _SHOWN_BY = {
     AnswerKind.RATE: either(
@@ -44,8 +49,11 @@ _SHOWN_BY = {
     ),
     AnswerKind.COUNT: either(r"\bhow (many|much)\b", r"(^|\b(the|what|which|m(ax|in)\w*|highest|lowest) )number of\b"),
     AnswerKind.AMOUNT: either(
-        rf"\bhow ({_SIZES})\b", r"\b(maxim(?:um|al)|minim(?:um|al)|biggest|largest|smallest|highest|lowest|max|min)\b"
+        rf"\bhow ({_SIZES})\b",
+        rf"\b(?:what|which|what's)(?: \w+)*? (?:{_QUANTITIES})\b",
+        r"\b(maxim(?:um|al)|minim(?:um|al)|biggest|largest|smallest|highest|lowest|max|min)\b",
     ),
+    AnswerKind.LIMIT: either(r"\bat (?:most|once)\b", r"\bmax(?:im\w+)?\b", r"\blimits?\b"),
     AnswerKind.VERSION: either(r"\b(which|what) release\b", r"\bversion\b"),
     AnswerKind.DEFAULT: either(r"\bdefaults?\b", r"\bby itself\b", r"\bunless\b", r"\bif (i|you) (give|say|set) no\b"),
     AnswerKind.REASON: either(r"\bwhy\b", r"\breason\b", r"\bwhat for\b", r"\bhow come\b"),

@@ -130,7 +130,7 @@ def _cited(
     ranked = by_certainty(asked, matched, ranked)
     if all_names := names(asked, matched, index, scope):
         return ranked, tuple(cited(1.0, group) for group in all_names)
-    if ranked and sufficient(asked, matched, ranked[0]):
+    if ranked and sufficient(matched, ranked[0]):
         return ranked, composed(asked, index, ranked, scope)
     return ranked, ()
 

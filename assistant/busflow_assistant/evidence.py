@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import pairwise
 
 from busflow_assistant.answer_kinds import AnswerKind
@@ -20,6 +20,7 @@ _COUNTED = (
 _TIME = "(?:ns|[µu]s|ms|s|min|minutes?|h|hours?|days?|weeks?|months?|years?|seconds?|milliseconds?|secs?|moment)"
 _QUANTITY = rf"(?<![\w.])\d[\d.,]*\s*{_TIME}\b"
 NUMBER = either(r"(?<![\w.])[-−±]?\d[\d.,_]*", rf"\b(?:{_COUNTED}|one|no)\b")
+_AMOUNT = either(r"(?<![\w.])[-−±]?\d[\d.,_]*", rf"\b(?:{_COUNTED})\b", r"\b(?:unlimited|no limit)\b")
 _DURATION = either(
     _QUANTITY,
     rf"\b(?:{_COUNTED}|one|an?|last|each|every|few|some)\s+(?:\w+\s+)?{_TIME}\b",
@@ -42,6 +43,10 @@ _COUNT = either(
 )
 _MEASURE = either(_QUANTITY, r"(?<![\w.])\d[\d.,]*\s*(?:k?hz|%|[kmg]i?b|bytes|rad|m)\b")
 """A number that measures and does not count."""
+_LIMIT = either(
+    r"\b(?:at (?:most|least|once)|max\w*|min\w*|up to|limit\w*|than|only|no more|within|range|any number|unlimited)\b",
+    r"\b(?:longest|largest)\b",
+)
 _COLUMNS = re.compile(r"\S {2,}\S")
 _VERSION = either(r"\bv?\d+\.\d+", r"\bversions?\b", r"\b\d+ or (?:newer|later)\b")
 _DEFAULT = either(
@@ -79,7 +84,8 @@ _HAS: Mapping[AnswerKind, Callable[[str], bool]] = {
     AnswerKind.RATE: lambda text: bool(_RATE.search(text)),
     AnswerKind.DURATION: lambda text: bool(_DURATION.search(text)),
     AnswerKind.COUNT: lambda text: bool(_COUNT.search(_MEASURE.sub(" ", text))),
-    AnswerKind.AMOUNT: lambda text: bool(NUMBER.search(text)),
+    AnswerKind.AMOUNT: lambda text: bool(_AMOUNT.search(text) or _DURATION.search(text)),
+    AnswerKind.LIMIT: lambda text: bool(_LIMIT.search(text)),
     AnswerKind.VERSION: lambda text: bool(_VERSION.search(text)),
     AnswerKind.DEFAULT: lambda text: bool(_DEFAULT.search(text)),
     AnswerKind.REASON: lambda text: bool(_REASON.search(text)),
@@ -90,6 +96,7 @@ _REQUIRED = (
     AnswerKind.DURATION,
     AnswerKind.COUNT,
     AnswerKind.AMOUNT,
+    AnswerKind.LIMIT,
     AnswerKind.VERSION,
     AnswerKind.DEFAULT,
 )
@@ -100,13 +107,21 @@ def lacks(question: AskedQuestion, unit: Citable) -> AnswerKind | None:
     """Return what a unit needs to be an answer and does not have."""
     wanted = question.wanted
     text = unit.text + (" default" if "default" in unit.near and unit.passage.shape is PassageShape.TABLE else "")
+    if AnswerKind.LIMIT in wanted:
+        text = " ".join([text, *unit.passage.headings[-1:]])
     if (
         AnswerKind.COUNT in wanted
         and unit.passage.shape is PassageShape.CODE
         and not (_COLUMNS.search(text) or valued(question, unit))
     ):
         return AnswerKind.COUNT
-    return next((kind for kind in _REQUIRED if kind in wanted and not _HAS[kind](text)), None)
+    return next((kind for kind in _required(question) if not _HAS[kind](text)), None)
+
+
+def _required(question: AskedQuestion) -> Iterator[AnswerKind]:
+    """The kinds that an answer has to have; how much memory is an amount, and no count."""
+    wanted = question.wanted - ({AnswerKind.COUNT} if AnswerKind.AMOUNT in question.wanted else set())
+    return (kind for kind in _REQUIRED if kind in wanted)
 
 
 def forms(question: AskedQuestion, text: str) -> tuple[int, int, int]:

@@ -15,13 +15,11 @@ from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import Ranked
 from busflow_assistant.search_index import SearchIndex
 
-DOUBT = 4.3
-"""The least score of an answer, less what counts against it: fitted as the weights of `features` are."""
-UNKNOWN = 17.0
-"""How much it counts against an answer that all words of the topic are unknown to the text."""
-NO_NAME = 6.0
-"""The same of an identifier or a number that is."""
-LACKING = 7.0
+DOUBT = 4.0
+"""The least score of an answer, less what counts against it: chosen on the question sets that may be tuned on."""
+UNKNOWN = 5.0
+"""How much a word of the topic that the text has not counts against an answer; a rare or literal one more."""
+LACKING = 9.0
 """The same of a number, a time or a version that was asked for and is not there."""
 UNCOUNTED = 12.0
 """The same of a number that counts something else."""
@@ -51,15 +49,12 @@ def by_certainty(question: AskedQuestion, matched: Sequence[Matched], ranked: Se
     return sorted(unsure, key=lambda each: -each.score)
 
 
-def sufficient(question: AskedQuestion, matched: Sequence[Matched], best: Ranked) -> bool:
+def sufficient(matched: Sequence[Matched], best: Ranked) -> bool:
     """Return whether the best unit says what was asked."""
     if best.similarity is not None and best.similarity < UNLIKE and best.support < UNSURE:
         return False
-    if AnswerKind.DIFFERENCE in question.wanted and any(_is_topic(each) and not each.variants for each in matched):
-        return False
-    against = UNKNOWN * unknown_share(matched)
-    against += NO_NAME * any(each.term.literal and not each.variants for each in matched)
-    return best.score - against >= DOUBT
+    unknown = sum(each.weight for each in matched if _is_topic(each) and not each.variants)
+    return best.score - UNKNOWN * unknown >= DOUBT
 
 
 def _missing(question: AskedQuestion, matched: Sequence[Matched], each: Ranked) -> float:
@@ -77,12 +72,6 @@ def refusal(
     topics = list(_topics(index, scope, ranked)) or titles[:1]
     speaks = f"It speaks of {_joined(topics)}." if topics else ""
     return Answer(" ".join([*said, _SAID[reason], *([speaks] if speaks else [])]), reason=reason)
-
-
-def unknown_share(matched: Sequence[Matched]) -> float:
-    """Return the share of a question's words of a topic that the text has not, nor one that stands for them."""
-    named = [each for each in matched if each.term.weight >= 1.0]
-    return sum(not each.variants for each in named) / max(1, len(named))
 
 
 def _is_topic(each: Matched) -> bool:

@@ -186,6 +186,27 @@ def test_item_is_cited_with_the_items_below_it():
     assert answer.citations[0].text == page[page.index("Make") : page.index("\n3.")]
 
 
+@pytest.mark.parametrize(
+    ("text", "question"),
+    [
+        (
+            "Viewers connect to the server, which sends each of two viewers every frame.",
+            "How many viewers may connect at most?",
+        ),
+        ("The mass of the robot is read from its description.", "What is the mass of the robot?"),
+    ],
+)
+def test_text_without_the_number_asked_for_is_refused(text, question):
+    assert Engine([read_page("page.md", text)]).ask(question).reason is Reason.NOT_SAID
+
+
+def test_measured_amount_is_an_answer_to_how_much():
+    answer = Engine([read_page("page.md", "# Computer\n\n- Memory: 8 GB RAM\n- Storage: 50 GB\n")]).ask(
+        "How much RAM do I need?"
+    )
+    assert answer.citations[0].text == "Memory: 8 GB RAM"
+
+
 def test_answer_from_outside_the_selection_says_so():
     answer = ask("which modes are there", selection="A pump moves water. It runs at 20 Hz")
     assert (answer.answered, answer.scope) == (True, AnswerScope.PAGE)

@@ -13,6 +13,8 @@ from busflow_assistant.words import stem, terms_of
         ("How often does it publish?", AnswerKind.RATE),
         ("how long may it be silent", AnswerKind.DURATION),
         ("How many viewers can connect?", AnswerKind.COUNT),
+        ("what is the mass of the arm", AnswerKind.AMOUNT),
+        ("how many viewers may connect at most", AnswerKind.LIMIT),
         ("Which version of Python is needed?", AnswerKind.VERSION),
         ("what is the default depth?", AnswerKind.DEFAULT),
         ("Which topics are there?", AnswerKind.LIST),
