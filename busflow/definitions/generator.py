@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 import os
 import re
 import shlex
@@ -15,7 +16,7 @@ from busflow.definitions.python_module import Sources, module_text
 from busflow.errors import InvalidDefinition, Place, Problem, UnknownType
 from busflow.interfaces.encoding.builtin_types import SOURCES as SHIPPED
 from busflow.interfaces.encoding.builtin_types import builtin_types
-from busflow.interfaces.encoding.description import rihs01
+from busflow.interfaces.encoding.description import TypeDescription, rihs01, types_in
 from busflow.text import did_you_mean, quoted
 
 _HASHED = re.compile(r"^#   (\S+) +(RIHS01_\w+)$", re.MULTILINE)
@@ -34,6 +35,8 @@ class Generated:
     present: str | None
     count: int
     """The number of its types."""
+    left_out: tuple[str, ...]
+    """The types that no class can be, each with the reason."""
 
     @property
     def is_current(self) -> bool:
@@ -94,18 +97,38 @@ def _generated(library: Library, package: str, together: frozenset[str], to: Pat
     if not found.files:
         idl = ", ".join(sorted(found.idl)[:3]) or "nothing"
         raise UnknownType(f"{package} has no .msg, .srv or .action file, but {idl}; busflow reads no .idl files")
-    definitions = [library.definition(name) for name in found.files]
+    descriptions = {name: library.description(name) for name in found.files}
+    impossible = {name: why for name, each in descriptions.items() if (why := _impossible(each))}
+    left_out = tuple(f"{name}: {why}" for name, why in impossible.items())
+    definitions = [library.definition(name) for name in found.files if name not in impossible]
+    if not definitions:
+        message = f"{package} has no type that can be a class: {'; '.join(left_out[:_NAMED])}"
+        raise InvalidDefinition([Problem("invalid-name", message)])
 
     def home(name: str, place: Place | None) -> str:
         return _home(name.partition("/")[0], together, to, place)
 
     described = " ".join([package, *found.stated("version")])
     licences = ", ".join(dict.fromkeys(found.stated("license")))
-    hashes = {f"{each.kind}/{each.short}.{each.kind}": rihs01(library.description(each.name)) for each in definitions}
+    hashes = {f"{each.kind}/{each.short}.{each.kind}": rihs01(descriptions[each.name]) for each in definitions}
     sources = Sources(command([package], to), f"{described} ({licences})" if licences else described, hashes)
     text = module_text(package, definitions, home, sources)
     path = to / f"{package}.py"
-    return Generated(path, text, path.read_text("utf-8") if path.is_file() else None, len(definitions))
+    present = path.read_text("utf-8") if path.is_file() else None
+    return Generated(path, text, present, len(definitions), left_out)
+
+
+def _impossible(description: TypeDescription) -> str:
+    """Return why a type cannot be a class, or nothing where it can: a field of it, or of a type within it."""
+    from busflow.interfaces.message import Message
+
+    for each in types_in(description).values():
+        for name in (field["name"] for field in each["fields"]):
+            if keyword.iskeyword(name) or name == "self":
+                return f"{each['type_name']} has a field {name}, which is a word of Python"
+            if hasattr(Message, name):
+                return f"{each['type_name']} has a field {name}, which is a method of every message"
+    return ""
 
 
 def _home(package: str, together: frozenset[str], to: Path, place: Place | None) -> str:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import keyword
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from busflow.definitions.definition import DefinedConstant, DefinedField, Kind, MessageDefinition, TypeDefinition
 from busflow.definitions.python_text import all_names, docstring, imports, literal
-from busflow.errors import InvalidDefinition, Place, Problem
+from busflow.errors import Place
 from busflow.interfaces.encoding.description import PRIMITIVES, Count
 from busflow.text import counted
 
@@ -62,9 +61,8 @@ class _Module:
         self._inside = _hidden_by_another(self._definitions)
         self._own = {each.short for each in definitions} | {str(each.kind) for each in self._inside}
         parts = [part for each in definitions for part in each.parts]
-        declared = [(one.field.name, one.place) for part in parts for one in part.fields]
-        _refuse_names(declared)
-        self._names = {name for name, _ in declared} | {one.name for part in parts for one in part.constants}
+        self._names = {one.field.name for part in parts for one in part.fields}
+        self._names |= {one.name for part in parts for one in part.constants}
         self._imports: defaultdict[str, set[str]] = defaultdict(set)
 
     def lines(self, sources: Sources) -> Iterator[str]:
@@ -215,20 +213,3 @@ def _hidden_by_another(definitions: Sequence[TypeDefinition]) -> list[TypeDefini
     """Return the types whose last name one before them has: a message keeps it, a service or an action does not."""
     seen = set[str]()
     return [each for each in definitions if each.short in seen or seen.add(each.short)]
-
-
-def _refuse_names(declared: Sequence[tuple[str, Place]]) -> None:
-    """Refuse fields that a class cannot have; tools that need no class take them."""
-    from busflow.interfaces.message import Message
-
-    problems: list[Problem] = []
-    for name, place in declared:
-        if keyword.iskeyword(name) or name == "self":
-            problems.append(
-                Problem("invalid-name", f"a class has no field {name}: Python reserves the word", None, place)
-            )
-        elif hasattr(Message, name):
-            message = f"a class has no field {name}: it is a method of every message"
-            problems.append(Problem("invalid-name", message, None, place))
-    if problems:
-        raise InvalidDefinition(problems)

@@ -116,15 +116,25 @@ def test_what_no_module_can_hold_is_refused(sources, tmp_path):
         generate(library, ["user_msgs"], tmp_path)
     with pytest.raises(UnknownType, match="did you mean 'grip_msgs'"):
         generate(library, ["grip_msg"], tmp_path)
-    files = {
-        "p/msg/A.msg": "int8 json\nint8 class\nint8 cls\n",
-        "r/msg/C.idl": "",
-    }
-    library = Library([write(tmp_path, files)])
-    with pytest.raises(InvalidDefinition) as refused:
-        generate(library, ["p"], tmp_path)
-    assert "A.msg:1:6: error: a class has no field json: it is a method of every message" in str(refused.value)
-    assert "A.msg:2:6: error: a class has no field class: Python reserves the word" in str(refused.value)
-    assert "cls:" not in str(refused.value)
+    library = Library([write(tmp_path, {"r/msg/C.idl": ""})])
     with pytest.raises(UnknownType, match="busflow reads no"):
         generate(library, ["r"], tmp_path)
+
+
+def test_types_that_no_class_can_be_are_left_out(tmp_path):
+    files = {
+        "p/msg/A.msg": "int8 json\n",
+        "p/msg/B.msg": "A[] held\n",
+        "p/msg/C.msg": "int8 cls\n",
+        "p/srv/D.srv": "---\nint8 class\n",
+    }
+    (made,) = generate(Library([write(tmp_path, files)]), ["p"], tmp_path)
+    assert made.left_out == (
+        "p/msg/A: p/msg/A has a field json, which is a method of every message",
+        "p/msg/B: p/msg/A has a field json, which is a method of every message",
+        "p/srv/D: p/srv/D_Response has a field class, which is a word of Python",
+    )
+    assert ("class C(" in made.text, made.count) == (True, 1)
+    (tmp_path / "p/msg/C.msg").unlink()
+    with pytest.raises(InvalidDefinition, match="p has no type that can be a class: p/msg/A: p/msg/A has a field json"):
+        generate(Library([tmp_path]), ["p"], tmp_path)
