@@ -44,6 +44,10 @@ _MOST_CHARACTERS = 255
 """Length of the longest name of a topic, type or node in DDS, and so in ROS 2. The time to match grows with it."""
 
 
+_NAMED = 13
+"""Number of a token's fields up to the QoS; what a later version of ROS 2 appends has no such limit."""
+
+
 class TokenKind(StrEnum):
     """The kind of node or endpoint that a token stands for."""
 
@@ -118,7 +122,7 @@ class Token:
         graph, domain, session, node_id, entity_id, kind, enclave, namespace, node, *rest = fields
         if graph != GRAPH:
             raise ValueError(f"it does not begin with {GRAPH}")
-        if any(len(each) > _MOST_CHARACTERS for each in fields):
+        if any(len(each) > _MOST_CHARACTERS for each in fields[:_NAMED]):
             raise ValueError(f"a part of it has more than {_MOST_CHARACTERS} characters")
         found = cls(
             session=session,

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 _NS_PER_S = 1_000_000_000
 _LONGEST_NS = 2**63 - 1
 """ROS 2's infinite duration, `RMW_DURATION_INFINITE`, which is the longest that it has."""
+_INFINITE = divmod(_LONGEST_NS, _NS_PER_S)
 _RELIABILITIES = {0: "system_default", 1: "reliable", 2: "best_effort", 3: "unknown", 4: "best_available"}
 _DURABILITIES = {0: "system_default", 1: "transient_local", 2: "volatile", 3: "unknown", 4: "best_available"}
 _HISTORIES = {0: "system_default", 1: "keep_last", 2: "keep_all", 3: "unknown"}
@@ -119,17 +120,13 @@ def _number(numbers: dict[int, str], word: str, default: str) -> str:
 
 
 def _written(limit_ns: int | None) -> str:
-    if limit_ns is None:
-        return ","
-    seconds, nanoseconds = divmod(limit_ns, _NS_PER_S)
-    return f"{seconds},{nanoseconds}"
+    """Return both parts of a limit, each left out if it is that of the infinite duration, as ROS 2 does."""
+    parts = divmod(_LONGEST_NS if limit_ns is None else limit_ns, _NS_PER_S)
+    return ",".join("" if part == infinite else str(part) for part, infinite in zip(parts, _INFINITE, strict=True))
 
 
 def _read(text: str) -> int | None:
-    seconds, nanoseconds = text.split(",")
-    if not seconds and not nanoseconds:
-        return None
-    whole, rest = int(seconds or 0), int(nanoseconds or 0)
+    whole, rest = (int(part or infinite) for part, infinite in zip(text.split(","), _INFINITE, strict=True))
     if min(whole, rest) < 0 or (limit := whole * _NS_PER_S + rest) > _LONGEST_NS:
         raise ValueError(f"a limit from 0 to {_LONGEST_NS} ns")
-    return limit
+    return None if limit == _LONGEST_NS else limit

@@ -113,6 +113,11 @@ def test_names_in_tokens_have_limited_length(field):
         Token.parse(str(token))
 
 
+def test_what_later_versions_append_may_be_longer():
+    text = f"@ros2_lv/0/a/0/1/MP/%/%/n/%t/p::msg::dds_::T_/h/::,10:,:,:,,/backends:cuda:{'x' * 255}"
+    assert str(Token.parse(text)) == text
+
+
 def test_endpoints_have_gids_of_their_own():
     tokens = [Token("a", 0, entity, TokenKind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, "") for entity in range(3)]
     assert len({token.gid for token in tokens}) == 3

@@ -45,8 +45,9 @@ def test_what_is_written_is_read_back(qos):
         ("::,:,:,:,,", WireQoS()),
         ("2::,5:,:,:,,", WireQoS(reliability="best_effort", depth=5)),
         ("::2,:,:,:,,", WireQoS(history="keep_all")),
-        ("::,:0,500000000:1,:3,2,5", WireQoS(deadline_ns=500_000_000, lifespan_ns=1_000_000_000,
+        ("::,:0,500000000:1,0:3,2,5", WireQoS(deadline_ns=500_000_000, lifespan_ns=1_000_000_000,
                                              liveliness="manual_by_topic", lease_ns=2_000_000_005)),
+        ("::,:5,:,0:,,", WireQoS(deadline_ns=5_854_775_807, lifespan_ns=9_223_372_036_000_000_000)),
     ],
 )  # fmt: skip
 def test_what_rmw_zenoh_writes_is_understood(text, expected):
@@ -103,4 +104,4 @@ def test_impossible_limits_are_refused(limit):
 
 
 def test_the_longest_limit_is_understood():
-    assert as_qos(from_text("::,:9223372036,854775807:,:,,")).deadline_s is not None  # RMW_DURATION_INFINITE
+    assert as_qos(from_text("::,:9223372036,854775807:,:,,")).deadline_s is None  # RMW_DURATION_INFINITE
