@@ -48,19 +48,23 @@ class RouterSuccessor(Extension):
             self._session.close()
 
     async def _watch(self) -> None:
+        host, port, loop = self._router.host, self._router.port, asyncio.get_running_loop()
+        try:  # once, and in a thread: it may take long
+            ((family, *_, end), *_) = await loop.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        except OSError:
+            return  # a name of no machine
         while self._session is None:
             await self._clock.sleep(_PERIOD_S)
-            if can_listen(self._router):
+            if _can_listen(family, end):
                 with suppress(InspectionUnavailable):  # another run was faster
                     self._session = open_router(str(self._router))
                     self._log.info(f"the router of ROS 2 has ended: this run takes its place at {self._router}")
 
 
-def can_listen(address: NetworkAddress) -> bool:
+def _can_listen(family: int, end: tuple[object, ...]) -> bool:
     """Return whether nothing listens at an address of this machine, without a connection to what may listen."""
     try:
-        ((family, kind, protocol, _, end), *_) = socket.getaddrinfo(address.host, address.port, type=socket.SOCK_STREAM)
-        with socket.socket(family, kind, protocol) as probe:
+        with socket.socket(family) as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind(end)
             return True

@@ -5,12 +5,18 @@ import json
 import signal
 import socket
 import sys
+import threading
 from pathlib import Path
 
 import pytest
+import structlog
 
 from busflow import launch
-from tests.ros2.sessions import ROUTER, free_port, opened, rmw_session, ros2_at
+from busflow.clock import SystemClock
+from busflow.launchfile.model.network import NetworkAddress
+from busflow.launchfile.yaml.value import Origin, StatedBy
+from busflow.ros2.successor import RouterSuccessor
+from tests.ros2.sessions import ROUTER, free_port, opened, rmw_session, ros2_at, until
 from tests.ros2.test_router import Robot, talk
 
 ROOT = Path(__file__).parents[2]
@@ -37,6 +43,21 @@ async def test_the_run_takes_an_ended_routers_place(capsys: pytest.CaptureFixtur
             await talk_to_a_newcomer(port, graph.node(Robot))
     assert f"the router of ROS 2 has ended: this run takes its place at tcp/127.0.0.1:{port}" in capsys.readouterr().err
     assert not can_be_reached(port)
+
+
+@pytest.mark.asyncio
+async def test_a_name_is_resolved_in_a_thread(monkeypatch: pytest.MonkeyPatch):
+    asked: list[threading.Thread] = []
+
+    def resolve(*_arguments: object, **_words: object) -> object:
+        asked.append(threading.current_thread())
+        raise socket.gaierror
+
+    router = NetworkAddress("tcp", "robot.example", 7447, Origin(StatedBy.CALLER))
+    monkeypatch.setattr(socket, "getaddrinfo", resolve)
+    async with RouterSuccessor(router, SystemClock(), structlog.get_logger()).surround():
+        await until(lambda: asked)
+    assert asked != [threading.main_thread()]
 
 
 def can_be_reached(port: int) -> bool:
