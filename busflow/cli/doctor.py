@@ -152,7 +152,7 @@ def _examine(present: PresentRun) -> _Examined:
 
 def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
     from busflow.ros2.definitions import differences
-    from busflow.ros2.neighbours import neighbours, strangers
+    from busflow.ros2.neighbours import crowds, neighbours, strangers
     from busflow.wire.client.checkup import findings
     from busflow.wire.client.graph_view import view
 
@@ -170,6 +170,7 @@ def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
         *findings(graph, tokens, answers),
         *differences(peer, graph),
         *strangers(others, present.run.card.domain),
+        *crowds(answers),
         *_about_frames(peer, graph),
     )
     return _Examined(present, clocks, topics, wrong, others)

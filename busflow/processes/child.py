@@ -57,7 +57,13 @@ class Child:
     """A started process of the operating system."""
 
     def __init__(
-        self, command: Sequence[str], environment: Mapping[str, str], first_line: Callable[[], bytes], sink: ChildSink
+        self,
+        command: Sequence[str],
+        environment: Mapping[str, str],
+        first_line: Callable[[], bytes],
+        sink: ChildSink,
+        *,
+        inherited: Sequence[int] = (),
     ) -> None:
         """Start the process: a new one, never a fork of this one.
 
@@ -66,6 +72,7 @@ class Child:
             environment: all variables of the process.
             first_line: returns the line that the process reads first, on its standard input.
             sink: receives its messages and prints.
+            inherited: files that it has open from its start, with the same numbers as here.
 
         Raises:
             OSError: the system cannot start it.
@@ -78,7 +85,7 @@ class Child:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 env=dict(environment),
-                pass_fds=(writing,),
+                pass_fds=(writing, *inherited),
                 process_group=0,  # the terminal's Ctrl-C goes to the main process only, which stops the others in order
             )
         except OSError:

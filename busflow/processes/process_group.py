@@ -254,7 +254,7 @@ class ProcessGroup(Extension):
         self._card = card_of(graph, name, since_ns=graph.clock.now().nanoseconds, network=network)
         self._membership = Membership(
             graph,
-            self._directory.path,
+            self._directory.inside,
             self._card,
             process=self._main,
             socket=SOCKET,
@@ -335,6 +335,11 @@ class ProcessGroup(Extension):
 
     # Called by the worker processes.
 
+    @property
+    def inherited(self) -> tuple[int, ...]:
+        """Files that each worker process has open from its start: the run's directory."""
+        return (self._directory.descriptor,) if self._directory else ()
+
     def first_line(self, member: WorkerProcess) -> bytes:
         """Return a worker's assignment: it waits for all other processes, or for the running ones after a restart."""
         others = [each.name for each in self.members if each is not member]
@@ -343,7 +348,7 @@ class ProcessGroup(Extension):
         return Assignment(
             process=member.name,
             socket=member.socket,
-            directory=str(self._directory.path) if self._directory else "",
+            directory=str(self._directory.inside) if self._directory else "",
             card=self._card,
             nodes=member.nodes,
             others=(self._main, *others),
@@ -414,7 +419,7 @@ class ProcessGroup(Extension):
         return {"restarts": 0, "members": members, **(self._machines.about() if self._machines else {})}
 
     def about(self) -> Mapping[str, Any]:
-        """Return the network links of the main process, if nodes of ROS 2 may take part."""
+        """Return what the main process knows of other sessions."""
         return {} if self._membership is None else self._membership.about()
 
     def is_finished(self) -> bool:

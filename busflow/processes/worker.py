@@ -210,7 +210,7 @@ class _Part(Extension):
             self._graph.exit_code = self._commands.code  # a recording's ledger has the end of the run, not of its share
 
     def about(self) -> Mapping[str, Any]:
-        """Return the network links of this process, if nodes of ROS 2 may take part."""
+        """Return what this process knows of other sessions."""
         return self._membership.about()
 
     def order_carried_out(self) -> None:

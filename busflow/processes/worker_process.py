@@ -64,6 +64,11 @@ class ProcessOutcome:
 class WorkerOwner(Protocol):
     """Interface that a worker process needs of its process group."""
 
+    @property
+    def inherited(self) -> Sequence[int]:
+        """Files that the process has open from its start."""
+        ...
+
     def first_line(self, member: WorkerProcess) -> bytes:
         """Return the first line for the process's standard input: its assignment, with the parameters set until now."""
         ...
@@ -193,7 +198,10 @@ class WorkerProcess:
         self.state, self.report, self._killed_for = MemberState.STARTING, None, ""
         self._end = {}
         try:
-            self.child = Child(self._command, self._environment, lambda: self._owner.first_line(self), self)
+            self.child = Child(
+                *(self._command, self._environment, lambda: self._owner.first_line(self), self),
+                inherited=self._owner.inherited,
+            )
         except OSError as error:
             self._end = {"failures": [f"the process {self.name} cannot be started: {error}"]}
             self._log.error(f"the process {self.name} cannot be started: {error}")

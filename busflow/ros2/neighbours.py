@@ -56,6 +56,15 @@ def strangers(found: Mapping[str, Sequence[str]], domain: int) -> Iterator[Probl
             yield Problem("foreign-nodes", text, fix, severity=Severity.WARNING)
 
 
+def crowds(answers: Iterable[Mapping[str, Any]]) -> Iterator[Problem]:
+    """Yield a finding where other sessions show more than a process takes in: their further nodes are not seen."""
+    ignored = max((answer.get("ignored_tokens", 0) for answer in answers), default=0)
+    if ignored:
+        text = f"other sessions show too many nodes and endpoints: {ignored:,} times one was ignored"
+        fix = "end the program that shows them, or name the topics that may pass: network: {ros2: {topics: [...]}}"
+        yield Problem("tokens-ignored", text, fix, severity=Severity.WARNING)
+
+
 def _at(host: str) -> str:
     return host if host == BEYOND else f"at {host}"
 

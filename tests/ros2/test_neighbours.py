@@ -7,7 +7,7 @@ import pytest
 
 from busflow import Node, launch
 from busflow.cli import main
-from busflow.ros2.neighbours import neighbours, shown, strangers
+from busflow.ros2.neighbours import crowds, neighbours, shown, strangers
 from busflow.wire.zenoh.keys import Token, TokenKind
 from tests.ros2.rmw_node import RmwNode
 from tests.ros2.sessions import free_port, has_come, rmw_session, ros2_at
@@ -37,6 +37,13 @@ def test_nodes_are_listed_by_host():
         "domain 7 of ROS 2 has 1 node at 192.0.2.7: /arm\\x1b",
         "domain 7 of ROS 2 has 1 node beyond a router: /camera",
     ]
+
+
+def test_ignored_tokens_are_a_finding():
+    answers: list[Any] = [{"ignored_tokens": 0}, {"ignored_tokens": 1200}, {}]
+    (finding,) = crowds(answers)
+    assert (finding.code, "1,200 times" in finding.message) == ("tokens-ignored", True)
+    assert list(crowds(answers[:1])) == []
 
 
 def test_a_run_without_ros2_has_no_neighbours():

@@ -46,6 +46,11 @@ def inet_sockets() -> set[str]:
     return found
 
 
+def unix_sockets() -> list[str]:
+    """The words of the kernel's list of Unix sockets, with the names by which processes have made them."""
+    return Path("/proc/net/unix").read_text().split()
+
+
 async def talk(session, robot: Robot) -> None:
     """One message each way between a session of ROS 2 and a node."""
     loop = asyncio.get_running_loop()
@@ -98,6 +103,15 @@ async def test_the_run_joins_a_router_that_is_there(capsys: pytest.CaptureFixtur
             assert list(session.info.routers_zid()) == [router.info.zid()]
             assert f"in domain 7: they meet at the router tcp/127.0.0.1:{port}" in capsys.readouterr().err
             await talk(session, graph.node(Robot))
+
+
+@pytest.mark.asyncio
+async def test_gossip_names_no_socket_of_the_run():
+    async with launch(ros2_at(free_port()), Robot, inspect="ros"):
+        (run,) = runs()
+        names = unix_sockets()
+        assert not [name for name in names if name.startswith(str(run.directory))], "Zenoh tells others this name"
+        run.open(5.0).close()
 
 
 @pytest.mark.asyncio

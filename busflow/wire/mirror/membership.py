@@ -42,7 +42,7 @@ class Membership(Extension):
 
         Args:
             graph: the nodes of this process.
-            directory: the run's directory.
+            directory: the run's directory, as its processes name it (`RunDirectory.inside`).
             card: the run's description of itself.
             process: this process's name.
             socket: the name of its socket in the directory.
@@ -81,8 +81,8 @@ class Membership(Extension):
         return self._barrier
 
     def about(self) -> Mapping[str, Any]:
-        """Return the network links of this process, if nodes of ROS 2 may take part."""
-        return {} if self._mirror is None else self._mirror.links()
+        """Return what the mirror knows of other sessions."""
+        return {} if self._mirror is None else self._mirror.about()
 
     def end(self) -> None:
         """Leave the run, after all nodes have ended."""
@@ -145,8 +145,8 @@ class Inspection(Extension):
             self.end()
 
     def about(self) -> Mapping[str, Any]:
-        """Return the network links of this process, if nodes of ROS 2 may take part."""
-        return {} if self._mirror is None else self._mirror.links()
+        """Return what the mirror knows of other sessions."""
+        return {} if self._mirror is None else self._mirror.about()
 
     def node_dismissed(self, unit: Unit) -> None:
         """Stop showing a node."""
@@ -166,7 +166,7 @@ class Inspection(Extension):
 
     def _show(self, directory: RunDirectory) -> None:
         network = None if self._network is None else self._network()
-        session = open_session(directory.path, listen=SOCKET, network=network)
+        session = open_session(directory.inside, listen=SOCKET, network=network)
         from busflow.wire.mirror.mirror import Mirror  # the module needs Zenoh
 
         name, process = directory.path.name, SOCKET.removesuffix(".sock")

@@ -161,9 +161,10 @@ class Mirror:
         self._connection.sender.close()
         self._connection.replier.close()
 
-    def links(self) -> Mapping[str, Mapping[str, str]]:
-        """Return the network links of a run with nodes of ROS 2, as `links` by the session at their other end."""
-        return {"links": links_of(self._session)} if self._connection.describes_types else {}
+    def about(self) -> Mapping[str, Any]:
+        """Return how many tokens were too many; with nodes of ROS 2 also `links`, by the session at their other end."""
+        links = {"links": links_of(self._session)} if self._connection.describes_types else {}
+        return {"ignored_tokens": self._intake.ignored, **links}
 
     # For the barrier, which waits until all processes are linked.
 

@@ -5,7 +5,11 @@ set or the path is too long for a socket, and `$BUSFLOW_RUNTIME_DIR/<run>/` if t
 runs belongs to this user, and no other user may open it. A run holds a lock on its directory until it ends; the kernel
 releases the lock with the process, however that ends. The lock is held before the directory gets its name, so a
 directory with a free lock remains from a dead run. A process that makes or removes a directory holds the folder's lock
-meanwhile. Imports nothing heavy.
+meanwhile.
+
+Zenoh tells each session that it links to where its own sockets are, nodes of ROS 2 included, which would link there as
+this user. So the processes of a run name their sockets through an open file (`inside`) that no other process has.
+Imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -112,6 +116,8 @@ class RunDirectory:
     def __init__(self, path: Path, lock: int) -> None:
         self.path = path
         self._lock = lock
+        self.descriptor: int = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        """The directory, open; the processes of the run inherit it."""
         # A child that a node forks inherits the lock. It must release it, or a dead run would look alive.
         call_in_children(self._release)
 
@@ -139,6 +145,12 @@ class RunDirectory:
             _remove(draft)
         raise InspectionUnavailable(f"{_ATTEMPTS - 1} runs are called {printable(name)}; see busflow ps")
 
+    @property
+    def inside(self) -> Path:
+        """A path that leads to the directory in the processes of the run alone; `path` where the system has none."""
+        inside = Path(f"/proc/self/fd/{self.descriptor}")
+        return inside if inside.exists() else self.path
+
     def write_card(self, card: RunCard) -> None:
         """Write the card, which makes the run visible to clients."""
         draft = self.path / f"{_CARD}.new"
@@ -155,9 +167,10 @@ class RunDirectory:
         self._release()
 
     def _release(self) -> None:
-        lock, self._lock = self._lock, -1
-        if lock >= 0:
-            os.close(lock)
+        for opened in (self._lock, self.descriptor):
+            if opened >= 0:
+                os.close(opened)
+        self._lock = self.descriptor = -1
 
 
 def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:

@@ -46,6 +46,14 @@ def card(name="lab1", **words) -> RunCard:
     return RunCard(**{"name": name, "pid": os.getpid(), "since_ns": 1, "file": "/robot/lab1.yaml"} | words)
 
 
+def test_only_processes_that_inherit_a_directory_are_inside(home):
+    directory = RunDirectory.claim("lab1", home)
+    command = [sys.executable, "-c", f"import os; print(os.path.exists('{directory.inside}/run.lock'))"]
+    for inherited, found in (((), "False\n"), ((directory.descriptor,), "True\n")):
+        assert subprocess.run(command, pass_fds=inherited, capture_output=True, text=True).stdout == found
+    directory.close()
+
+
 def claimed(name, home, **words) -> RunDirectory:
     directory = RunDirectory.claim(name, home)
     directory.write_card(card(directory.path.name, **words))
