@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import faulthandler
-import gc
 import json
 import os
 import signal
@@ -59,7 +58,6 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
         _set_environment(assignment.outer)
         description = describe(assignment.args)
         _set_environment(assignment.env)
-        gc.freeze()  # the imported objects stay: a collection that checks them all at the end takes long
         graph = _graph(description, assignment, writer, commands)
         _set_niceness(graph, assignment.nice)
         code = run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))

@@ -11,6 +11,7 @@ import pytest
 from busflow.errors import ExitCode
 from busflow.processes.assignment import Assignment, Memory
 from busflow.processes.child import Child
+from busflow.runner.garbage import THRESHOLDS
 from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
 
 PATIENCE_S = 60.0
@@ -31,6 +32,7 @@ class Other(Node):
     pass
 """
 OWN = """
+import gc
 import os
 from busflow import Node
 
@@ -40,6 +42,12 @@ class Own(Node):
         values = [os.environ.get(name) for name in ("OWN", "OUTER", "GONE")]
         self.log.info("ready", values=values, nice=os.nice(0))
         await self.{then}
+
+    async def collected(self):
+        until = self.clock.seconds() + 20
+        while gc.get_freeze_count() < 1000 and self.clock.seconds() < until:
+            await self.clock.sleep(0.01)
+        self.log.info("frozen", thresholds=gc.get_threshold())
 """
 
 
@@ -128,6 +136,12 @@ async def test_only_assigned_nodes_run_and_are_reported(tmp_path: Any):
     assert messages.log("ready") == {"values": "['a', 'b', None]", "nice": os.nice(0) + 3}
     report = [each["report"] for each in messages.reported if each.get("report")][-1]
     assert [node["name"] for node in report["nodes"]] == ["/own"]
+
+
+async def test_garbage_is_collected_in_steps(tmp_path: Any):
+    code, messages = await worked(tmp_path, "self.collected()")
+    assert code == ExitCode.OK, messages.printed
+    assert messages.log("frozen") == {"thresholds": str(THRESHOLDS)}
 
 
 async def test_failure_of_a_node_is_reported_in_words(tmp_path: Any):
