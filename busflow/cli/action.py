@@ -180,8 +180,9 @@ def send_goal(
                 state, result = going.result()
             except KeyboardInterrupt:
                 show.canceling()
-                show.canceled(is_canceled=going.cancel(timeout_s=timeout_s))
+                going.cancel(timeout_s=timeout_s)
                 state, result = going.result()
+                show.canceled(is_canceled=_state(state) == "CANCELED")
             show.result(client, going, state, result)
     return ExitCode.OK if state == _SUCCEEDED else ExitCode.FAILED
 

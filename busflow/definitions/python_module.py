@@ -155,6 +155,8 @@ class _Module:
         if number:
             if isinstance(value, tuple):
                 return f"{self._word('array')}([{', '.join(map(literal, value))}])"
+            if field.base == "bool" and field.count is Count.FIXED:
+                return f"{self._word('array')}([False] * {field.size})"
             return f"{self._word('zeros')}({field.size if field.count is Count.FIXED else ''})"
         if isinstance(value, tuple):
             return literal(value) if not value else f"({', '.join(map(literal, value))},)"

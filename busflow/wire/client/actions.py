@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 import uuid
 from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -254,12 +254,10 @@ class PeerGoal:
         self._is_given_up = True
         self._arrived.set()
 
-    def cancel(self, *, timeout_s: float) -> bool:
-        """Ask the server to cancel the goal, and return whether it will; not if the goal has ended."""
-        try:
-            return bool(self._action.cancel(self.id, timeout_s=timeout_s))
-        except NoSuchTarget:
-            return False
+    def cancel(self, *, timeout_s: float) -> None:
+        """Ask the server to cancel the goal, if it has not ended."""
+        with suppress(NoSuchTarget):
+            self._action.cancel(self.id, timeout_s=timeout_s)
 
 
 def _part(whole: ForeignType, name: str) -> ForeignType:
