@@ -78,7 +78,10 @@ def zeros(length: int = 0) -> Any:
 
 def array(values: Sequence[float]) -> Any:
     """Return these values as the default of an array field, typed for a type checker."""
-    return frozen(np.array(values))
+    made = np.array(values)
+    if made.dtype.kind == "f" and all(isinstance(each, int) for each in values):
+        made = np.array(values, np.uint64)  # numpy makes floats of integers of which one is beyond 2^63
+    return frozen(made)
 
 
 def frozen(value: NDArray[Scalar]) -> NDArray[Scalar]:

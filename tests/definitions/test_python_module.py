@@ -125,7 +125,7 @@ def test_types_that_fit_no_class_are_left_out(tmp_path):
     files = {
         "p/msg/A.msg": "int8 json\n",
         "p/msg/B.msg": "A[] held\n",
-        "p/msg/C.msg": "int8 cls\nbool[2] flags\n",
+        "p/msg/C.msg": "int8 cls\nbool[2] flags\nuint64[2] most [0, 18446744073709551615]\n",
         "p/srv/D.srv": "---\nint8 class\n",
     }
     (made,) = generate(Library([write(tmp_path, files)]), ["p"], tmp_path)
@@ -136,7 +136,8 @@ def test_types_that_fit_no_class_are_left_out(tmp_path):
     )
     namespace: dict[str, Any] = {"__name__": "p"}
     exec(made.text, namespace)  # noqa: S102  # the module just made
-    assert (namespace["C"](cls=1).flags.tolist(), made.count) == ([False, False], 1)
+    made_c = namespace["C"](cls=1)
+    assert (made_c.flags.tolist(), made_c.most.tolist(), made.count) == ([False, False], [0, 2**64 - 1], 1)
     (tmp_path / "p/msg/C.msg").unlink()
     with pytest.raises(InvalidDefinition, match="p has no type that can be a class: p/msg/A: p/msg/A has a field json"):
         generate(Library([tmp_path]), ["p"], tmp_path)

@@ -285,6 +285,7 @@ def test_defaults_are_frozen():
     assert_nobody_can_write(array([1.0, 2.0]))
     assert zeros().tolist() == []
     assert array([1.0, 2.5]).tolist() == [1.0, 2.5]
+    assert array([0, 2**64 - 1]).tolist() == [0, 2**64 - 1]
 
 
 def test_nan_equals_nan_and_zero_its_negative():
