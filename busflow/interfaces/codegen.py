@@ -50,9 +50,16 @@ class FunctionSource:
         return self._names[id(value)]
 
     def function(self, parameter: str) -> Callable[[Any], Any]:
-        """Compile the lines as the body of a function with one parameter."""
+        """Compile the lines as the body of a function with one parameter.
+
+        Raises:
+            InvalidDeclaration: Loops lie deeper within each other than Python allows, which is 20 blocks.
+        """
         text = "\n".join([f"def function({parameter}):", *self._lines])
-        exec(text, self._given)  # noqa: S102 - see above
+        try:
+            exec(text, self._given)  # noqa: S102 - see above
+        except SyntaxError:
+            raise InvalidDeclaration("sequences of messages lie more than 19 deep within each other") from None
         return self._given["function"]
 
 

@@ -199,7 +199,10 @@ class WorkerProcess:
         self._end = {}
         try:
             self.child = Child(
-                *(self._command, self._environment, lambda: self._owner.first_line(self), self),
+                self._command,
+                self._environment,
+                lambda: self._owner.first_line(self),
+                self,
                 inherited=self._owner.inherited,
             )
         except OSError as error:

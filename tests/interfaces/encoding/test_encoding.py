@@ -25,7 +25,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import busflow.msgs
 from busflow.definitions.recorded import parse
-from busflow.errors import IncompatibleType, MalformedMessage
+from busflow.errors import IncompatibleType, InvalidDeclaration, MalformedMessage
 from busflow.interfaces.action import ActionType
 from busflow.interfaces.arrays import is_frozen
 from busflow.interfaces.encoding.cdr import Codec
@@ -620,15 +620,31 @@ def test_a_subclass_instance_travels_as_the_fields_class():
     assert codec(Wide).decode(data) == Wide(items=[Point(x=1.0)])
 
 
-def test_messages_nest_up_to_the_limit():
-    cls, message = Int32, Int32(data=7)
-    for number in range(1, DEPTH):
-        body = {"__module__": __name__, "__annotations__": {"inner": Sequence[cls]}, "inner": ()}
-        cls = types.new_class(
+def nested(depth, *, in_sequences):
+    """A message with others within each other."""
+    message = Int32(data=7)
+    for number in range(depth):
+        cls = type(message)
+        kind, default, value = (Sequence[cls], (), [message]) if in_sequences else (cls, cls(), message)
+        body = {"__module__": __name__, "__annotations__": {"inner": kind}, "inner": default}
+        outer = types.new_class(
             f"Level{number}", (Message,), {"package": "test"}, lambda names, body=body: names.update(body)
         )
-        message = cls(inner=[message])
+        message = outer(inner=value)
+    return message
+
+
+@pytest.mark.parametrize(("depth", "in_sequences"), [(DEPTH - 1, False), (19, True)])
+def test_messages_nest_up_to_a_limit(depth, in_sequences):
+    message = nested(depth, in_sequences=in_sequences)
+    cls = type(message)
     assert codec(cls).decode(codec(cls).encode(message)) == message
+
+
+def test_deeper_sequences_are_refused_in_words():
+    message = nested(20, in_sequences=True)
+    with pytest.raises(InvalidDeclaration, match="more than 19 deep within each other"):
+        codec(type(message)).decode(b"")
 
 
 def test_strided_arrays_are_written_in_order():
