@@ -9,12 +9,12 @@ import threading
 from pathlib import Path
 
 import pytest
-import structlog
 
 from busflow import launch
 from busflow.clock import SystemClock
 from busflow.launchfile.model.network import NetworkAddress
 from busflow.launchfile.yaml.value import Origin, StatedBy
+from busflow.log import Log
 from busflow.ros2.successor import RouterSuccessor
 from tests.ros2.sessions import ROUTER, free_port, opened, rmw_session, ros2_at, until
 from tests.ros2.test_router import Robot, talk
@@ -55,7 +55,7 @@ async def test_a_name_is_resolved_in_a_thread(monkeypatch: pytest.MonkeyPatch):
 
     router = NetworkAddress("tcp", "robot.example", 7447, Origin(StatedBy.CALLER))
     monkeypatch.setattr(socket, "getaddrinfo", resolve)
-    async with RouterSuccessor(router, SystemClock(), structlog.get_logger()).surround():
+    async with RouterSuccessor(router, SystemClock(), Log(SystemClock()).bind("busflow")).surround():
         await until(lambda: asked)
     assert asked != [threading.main_thread()]
 
