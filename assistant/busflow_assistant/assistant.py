@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 EXTRACTIVE = "extractive"
 WITH_EMBEDDINGS = "extractive+embeddings"
+READING_S = 10.0
+"""How long after its start the assistant waits for the pages, if a question about them comes first."""
 
 
 class AssistantParameters(Parameters):
@@ -47,6 +50,7 @@ class Assistant(Node):
         """Load the models that are wanted; the pages come with the index."""
         self.engine = Engine(())
         self.pages_read = asyncio.Event()
+        self.started_s = self.clock.seconds()
         self.asked = 0
         self.server: ModelServer | None = None
         self.budget = HourlyBudget(self.parameters.endpoint.requests_per_hour)
@@ -84,6 +88,8 @@ class Assistant(Node):
     @service(AskText, "assistant/ask")
     async def ask(self, request: AskText.Request) -> AskText.Response:
         """Answer a question."""
+        if not request.selection:
+            await self.until_pages_are_read()
         began_s = self.clock.seconds()
         self.asked += 1
         stream = PartStream(self, request.id or f"{self.name}-{self.asked}")
@@ -106,6 +112,13 @@ class Assistant(Node):
         if self.parameters.keep_questions:
             self.keep(request, response)
         return response
+
+    async def until_pages_are_read(self) -> None:
+        """Wait for the pages, which arrive some moments after the start."""
+        left_s = self.started_s + READING_S - self.clock.seconds()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(max(0.0, left_s)):
+                await self.pages_read.wait()
 
     @property
     def server_name(self) -> str:

@@ -32,6 +32,22 @@ async def test_answer_cites_the_page_by_its_offsets():
 
 
 @virtual_time
+async def test_first_question_waits_until_pages_are_read():
+    async with harness(*nodes()) as lab:
+        response = await lab.call(AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"))
+    assert response.answered, response.answer
+
+
+@virtual_time
+async def test_without_pages_a_question_is_refused():
+    async with harness(Assistant()) as lab:
+        response = await lab.call(
+            AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"), timeout=20.0
+        )
+    assert response.reason == "unknown_page"
+
+
+@virtual_time
 async def test_answer_streams_with_its_id():
     async with harness(*nodes()) as lab:
         await lab.advance(1)
