@@ -39,6 +39,7 @@ SETTINGS = {
     "listen/endpoints": ["tcp/localhost:0"],
     "scouting/multicast/enabled": False,
     "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
+    "transport/shared_memory/enabled": False,  # as `rmw_zenoh` has it
 }
 Publish = Callable[[], None]
 

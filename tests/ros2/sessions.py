@@ -26,10 +26,12 @@ RMW_ZENOH = {
     "listen/endpoints": ["tcp/localhost:0"],
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": True,
+    "scouting/gossip/target": {"router": ["router", "peer"], "peer": ["router"]},
     "scouting/gossip/autoconnect": {"router": [], "peer": ["router", "peer"]},
     "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
     "timestamping/enabled": {"router": True, "peer": True, "client": True},
     "transport/link/tx/keep_alive": 2,
+    "transport/shared_memory/enabled": False,
 }
 """What DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5 of rmw_zenoh_cpp 0.10.5 says and Zenoh's defaults do not, and no test."""
 ROUTER = {
