@@ -258,6 +258,7 @@ def test_markup_stays_text_everywhere(stage: BookStage):
 
 def test_all_of_it_works_by_keyboard(stage: BookStage):
     page = stage.go("odd.html")
+    page.wait_for_selector(".live-plot .live-panel input")  # Tab comes to its fields before it comes to the button
     page.locator("article h1").click()
     page.keyboard.press("Control+a")
     page.wait_for_selector(".assistant-button.floating")
@@ -265,6 +266,8 @@ def test_all_of_it_works_by_keyboard(stage: BookStage):
         if page.evaluate("document.activeElement.matches('.assistant-button.floating')"):
             break
         page.keyboard.press("Tab")
+    else:
+        pytest.fail("Tab never comes to the button beside the selection")
     page.keyboard.press("Enter")
     page.wait_for_selector("dialog[open]")
     assert page.evaluate("document.activeElement.matches('dialog textarea')")

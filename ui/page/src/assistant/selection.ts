@@ -27,10 +27,15 @@ export interface Chosen extends Cut {
 export function chosenIn(root: () => Element | null): ReadonlySignal<Chosen | undefined> {
   const chosen = signal<Chosen | undefined>();
   let frame = 0;
+  // In a field that Tab comes to the browser selects anew. The reader has not: the button may be behind that field.
+  let isTabbing = false;
   const look = (): void => {
     frame = 0;
-    chosen.value = now(root());
+    const found = now(root());
+    if (found !== undefined || !isTabbing) chosen.value = found;
   };
+  document.addEventListener("keydown", ({ key }) => (isTabbing = key === "Tab"), { capture: true });
+  document.addEventListener("pointerdown", () => (isTabbing = false), { capture: true });
   document.addEventListener("selectionchange", () => {
     if (frame === 0) frame = requestAnimationFrame(look);
   });
