@@ -80,7 +80,7 @@ class _Commands:
         self.snapshots: SnapshotShare | None = None
         """Writes the snapshots that the main process asks for; None if there are none to write."""
         self.code: ExitCode | None = None
-        """The exit code of the run, which the main process sends before the SIGTERM."""
+        """The exit code of the run, once the main process has ended it."""
         self._main_pipe = main_pipe
         threading.Thread(target=self._read, name="busflow.main", daemon=True).start()
 
@@ -91,6 +91,7 @@ class _Commands:
                     command = json.loads(line)
                     if "end" in command:
                         self.code = ExitCode(command["end"])
+                        os.kill(os.getpid(), signal.SIGTERM)
                     elif self.snapshots is not None:
                         snapshot = command["snapshot"]
                         self.snapshots.write(Path(snapshot["path"]), str(snapshot["reason"]))

@@ -260,8 +260,7 @@ class WorkerProcess:
     def ask_to_stop(self, code: int) -> None:
         """Ask the process to end, without a restart, since the run ends with this exit code."""
         self._stopping.set()
-        self.send_command(end=int(code))
-        if self.child is not None:
+        if not self.send_command(end=int(code)) and self.child is not None:  # it does not read commands yet
             self.child.terminate()
 
     def send_command(self, **values: Any) -> bool:
