@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
+from operator import mul
 from typing import NamedTuple
 
 from busflow_assistant.answer_kinds import AnswerKind
@@ -114,35 +115,54 @@ class Sought:
         asked = set(runs_of(letters(self.question.english)))
         return _shares({run: self._index.rarity_of_run(run) ** 2 for run in asked})
 
-    def share(self, terms: frozenset[str]) -> float:
-        """Return the share of the question that some terms have."""
-        return sum(weight * each.best(terms) for weight, each in zip(self.weights, self.matched, strict=True))
 
-    def support(self, unit: Citable) -> float:
-        """Return the share of the question that a unit and what stands around it have."""
-        return sum(
-            weight * max(each.best(unit.own), 0.85 * each.best(unit.near), 0.7 * each.best(unit.above))
-            for weight, each in zip(self.weights, self.matched, strict=True)
-        )
+class Compared:
+    """A unit beside a question: what it, and what stands around it, has of each of the question's terms."""
 
-    def features(self, unit: Citable) -> Features:
-        """Return what a unit has of the question."""
-        question, text, wanted = self.question, unit.text, self.question.wanted
-        own = [each.best(unit.own) for each in self.matched]
+    def __init__(self, sought: Sought, unit: Citable) -> None:
+        self.unit = unit
+        self._sought = sought
+        self._own = [each.best(unit.own) for each in sought.matched]
+        self._near = [each.best(unit.near) for each in sought.matched]
+        self._title = [each.best(unit.title) for each in sought.matched]
+
+    @property
+    def own(self) -> float:
+        """The share of the question that the unit has by itself."""
+        return self._share(self._own)
+
+    @property
+    def support(self) -> float:
+        """The share that it and what stands around it have."""
+        above = [each.best(self.unit.above) for each in self._sought.matched]
+        around = zip(self._own, self._near, above, strict=True)
+        return self._share([max(own, 0.85 * near, 0.7 * over) for own, near, over in around])
+
+    @property
+    def score(self) -> float:
+        """How much speaks for the unit."""
+        return sum(weight * value for weight, value in zip(WEIGHTS, self.features, strict=True))
+
+    @property
+    def features(self) -> Features:
+        """What it has of the question."""
+        unit, text = self.unit, self.unit.text
+        question, words, runs = self._sought.question, self._sought.words, self._sought.runs
+        wanted = question.wanted
         needed, lacking, other = forms(question, text)
-        every = sum(share for word, share in self.words.items() if word in unit.own)
         about = bool(wanted & {AnswerKind.DEFINITION, AnswerKind.FUNCTION})
+        around = zip(self._own, self._near, self._title, strict=True)
         return Features(
-            own=sum(weight * value for weight, value in zip(self.weights, own, strict=True)),
-            every=every,
-            runs=sum(share for run, share in self.runs.items() if run in unit.letters),
-            literal=self._literal(own),
-            covered=self._covered(own, unit),
-            near=self._added(own, unit.near),
-            before=sum(share for word, share in self.words.items() if word in unit.before and word not in unit.own),
-            title=self._added(own, unit.title),
-            key=self.share(unit.key),
-            together=self._together(unit),
+            own=self.own,
+            every=sum(share for word, share in words.items() if word in unit.own),
+            runs=sum(share for run, share in runs.items() if run in unit.letters),
+            literal=self._literal(),
+            covered=self._share([max(values) for values in around]),
+            near=self._added(self._near),
+            before=sum(share for word, share in words.items() if word in unit.before and word not in unit.own),
+            title=self._added(self._title),
+            key=self._share([each.best(unit.key) for each in self._sought.matched]) if unit.key else 0.0,
+            together=self._together(),
             asked=any(head in unit.own for head in question.heads),
             needed=needed,
             lacking=lacking,
@@ -156,30 +176,21 @@ class Sought:
             empty=emptiness(question, unit),
         )
 
-    def score(self, unit: Citable) -> float:
-        """Return how much speaks for a unit."""
-        return sum(weight * value for weight, value in zip(WEIGHTS, self.features(unit), strict=True))
+    def _share(self, values: Sequence[float]) -> float:
+        """The share of the question, from a value from 0 to 1 for each of its terms."""
+        return sum(map(mul, self._sought.weights, values))
 
-    def _added(self, own: Sequence[float], terms: frozenset[str]) -> float:
-        """The share that some terms have and a unit has not."""
-        return sum(
-            weight * (1 - had) * each.best(terms)
-            for weight, had, each in zip(self.weights, own, self.matched, strict=True)
-        )
+    def _added(self, values: Sequence[float]) -> float:
+        """The share that something around the unit has, and the unit has not."""
+        return self._share([(1 - own) * value for own, value in zip(self._own, values, strict=True)])
 
-    def _literal(self, own: Sequence[float]) -> float:
-        return sum(
-            weight * had for weight, had, each in zip(self.weights, own, self.matched, strict=True) if each.term.literal
-        )
+    def _literal(self) -> float:
+        matched = zip(self._own, self._sought.matched, strict=True)
+        return self._share([own if each.term.literal else 0.0 for own, each in matched])
 
-    def _covered(self, own: Sequence[float], unit: Citable) -> float:
-        return sum(
-            weight * max(had, each.best(unit.near), each.best(unit.title))
-            for weight, had, each in zip(self.weights, own, self.matched, strict=True)
-        )
-
-    def _together(self, unit: Citable) -> float:
-        at = [[n for n, one in enumerate(unit.stems) if one in each.variants] for each in self.matched]
+    def _together(self) -> float:
+        stems = self.unit.stems
+        at = [[n for n, one in enumerate(stems) if one in each.variants] for each in self._sought.matched]
         found = [min((abs(a - b) for a in one for b in two), default=CLOSE + 1) <= CLOSE for one, two in pairwise(at)]
         return sum(found) / max(1, len(found))
 

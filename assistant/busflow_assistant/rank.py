@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from busflow_assistant.answer_kinds import AnswerKind
-from busflow_assistant.features import Sought
+from busflow_assistant.features import Compared, Sought
 from busflow_assistant.matching import Matched
 from busflow_assistant.passages import Extent, PassageShape
 from busflow_assistant.question import AskedQuestion
@@ -105,7 +105,8 @@ def units_of(index: SearchIndex, unit: Citable, scope: Container[int]) -> list[C
 
 
 def _ranked(sought: Sought, unit: Citable) -> Ranked:
-    return Ranked(unit, sought.score(unit), sought.support(unit), sought.share(frozenset(unit.own)))
+    compared = Compared(sought, unit)
+    return Ranked(unit, compared.score, compared.support, compared.own)
 
 
 def _without_repeats(found: Iterable[Ranked]) -> list[Ranked]:

@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks.assistant_score import ANSWERED, PageTexts, has_all, overlap, read_questions  # noqa: E402  # the clone's benchmarks are no package
-from busflow_assistant.features import Features, Sought  # noqa: E402  # as above
+from busflow_assistant.features import Compared, Features, Sought  # noqa: E402  # as above
 from busflow_assistant.markdown import read_page  # noqa: E402  # as above
 from busflow_assistant.matching import match  # noqa: E402  # as above
 from busflow_assistant.question import understand  # noqa: E402  # as above
@@ -80,7 +80,7 @@ def example(question: Mapping[str, Any], index: SearchIndex, texts: PageTexts) -
     ]  # a part of longer evidence
     whole = [yes and has_all(unit.text, question["must_contain"]) for yes, unit in zip(holds, units, strict=True)]
     right = whole if any(whole) else holds if any(holds) else inside
-    numbers = [sought.features(unit) for unit in units]
+    numbers = [Compared(sought, unit).features for unit in units]
     return Example(
         question["page"], np.array(numbers, float).reshape(len(units), len(Features._fields)), np.array(right, bool)
     )
