@@ -19,7 +19,7 @@ import zenoh
 
 from busflow.actions.names import action_of
 from busflow.clock import SystemClock
-from busflow.dds.calls import BridgeParts
+from busflow.dds.calls import OTHER_SERVICES, BridgeParts
 from busflow.dds.carried import Carried
 from busflow.dds.idl import Carriers
 from busflow.dds.known_types import KnownTypes
@@ -40,6 +40,11 @@ from busflow.wire.zenoh.session import open_session
 if TYPE_CHECKING:
     from busflow.bus.patterns import Selection
 
+OTHER_TYPES = (
+    "a neighbour with another DDS than Cyclone describes its types, as Fast DDS 3 does: what it publishes or receives "
+    "crosses only if it does not (fastdds.type_propagation: docs/ros2.md)"
+)
+"""The log's line about types that both sides describe, each in its way, so that their endpoints do not match."""
 _LISTED_NS = 1_000_000_000
 """How long ROS 2 may take to list the node of an endpoint; its messages wait meanwhile."""
 _LOOK_S = 1.0
@@ -171,7 +176,12 @@ class DdsBridge:
         """Bring outlets, inlets, servers and tokens up to date with both sides."""
         tokens = list(self._tokens.values())
         run = [token for token in tokens if token.topic and self._allows(token.topic)]
-        ends = [end for end in self._neighbours.ends if self._allows(end.name.name)]
+        allowed = [end for end in self._neighbours.ends if self._allows(end.name.name)]
+        ends = [end for end in allowed if end.can_cross]
+        if len(ends) < len(allowed):
+            self.carried.warn(OTHER_SERVICES)
+        if any(end.may_not_match for end in ends):
+            self.carried.warn(OTHER_TYPES)
         self._services.learn(ends)
         is_new = self._show(run, ends)
         self._topics.update(run, ends)

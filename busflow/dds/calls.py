@@ -1,8 +1,10 @@
 """Services across the bridge: `RunServer` answers neighbours from the run, `NeighbourServer` the run from a neighbour.
 
 A request and its response begin with 16 bytes in which `rmw_cyclonedds` names the client and counts its calls. Fast DDS
-writes none: it names the request in the inline QoS of the response (its related sample identity), which neither Cyclone
-nor this module reads, so services go between Cyclone's participants alone.
+writes none: it names the request in the inline QoS of the response (its related sample identity), which Cyclone neither
+writes nor reads. Each would take the other's header for fields, so services go between Cyclone's participants alone.
+
+Source: ros2/rmw_cyclonedds 3.2, `serdata.hpp` and `rmw_node.cpp`; ros2/rmw_fastrtps 9.2, `rmw_response.cpp`.
 """
 
 # The stubs of zenoh and cyclonedds leave out what many of their functions take and return.
@@ -12,6 +14,7 @@ from __future__ import annotations
 
 import struct
 import threading
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +22,7 @@ import zenoh
 from cyclonedds.core import DDSException
 from cyclonedds.qos import Policy
 
-from busflow.dds.names import DdsName, NameUse, read_user_data, service_end_id, user_data
+from busflow.dds.names import DdsName, NameUse, is_of_cyclone, read_user_data, service_end_id, user_data
 from busflow.dds.qos import SERVICE
 from busflow.errors import ServiceGone, ServiceUnavailable
 from busflow.wire.queries.server import replying
@@ -33,6 +36,8 @@ if TYPE_CHECKING:
     from busflow.wire.client.client import Peer, ServiceKind
     from busflow.wire.zenoh.sender import SenderThread
 
+OTHER_SERVICES = "a neighbour with another DDS than Cyclone, such as Fast DDS, has services: these do not cross"
+"""The log's line about clients and servers that are neither answered nor called."""
 _HEADER = struct.Struct("<Qq")
 _ENCAPSULATION = 4
 _UNSIGNED = (1 << 64) - 1
@@ -50,26 +55,22 @@ _SERVER_PIECES = 100
 """Number of these checks for a server that has just come; after them the first request is written all the same."""
 
 
+@dataclass(slots=True)
 class BridgeParts:
     """Parts that all topics and services share: the run, this participant, the thread that writes requests, counts."""
 
-    def __init__(
-        self,
-        peer: Peer,
-        participant: Participant,
-        intake: Intake,
-        carriers: Carriers,
-        carried: Carried,
-        sender: SenderThread,
-    ) -> None:
-        self.peer: Peer = peer
-        self.session: zenoh.Session = peer.session
-        self.participant: Participant = participant
-        self.intake: Intake = intake
-        self.carriers: Carriers = carriers
-        self.carried: Carried = carried
-        self.sender: SenderThread = sender
-        self._ids = 0
+    peer: Peer
+    participant: Participant
+    intake: Intake
+    carriers: Carriers
+    carried: Carried
+    sender: SenderThread
+    _ids: int = 0
+
+    @property
+    def session(self) -> zenoh.Session:
+        """The run's session."""
+        return self.peer.session
 
     def ends(self, kind: ServiceKind, *, is_server: bool) -> tuple[Any, Any, Any]:
         """Return a new reader and writer of a service, and the class of what is written.
@@ -130,6 +131,10 @@ class RunServer:
                 continue
             header = sample.payload[_ENCAPSULATION:_BODY]
             client = sample.sample_info.publication_handle
+            asking = self._reader.get_matched_publication_data(client)
+            if asking is not None and not is_of_cyclone(asking.key.bytes):  # its fields begin where a header would be
+                self._parts.carried.warn(OTHER_SERVICES)
+                continue
             if len(self._waiting) >= _WAITING:
                 self._parts.carried.dropped += 1
                 self._parts.carried.warn(f"{self._kind.name}: {_WAITING} requests of neighbours wait already")

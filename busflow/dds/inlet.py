@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.dds.names import DdsName, NameUse, user_data
 
 if TYPE_CHECKING:
-    from busflow.dds.carried import Carried
-    from busflow.dds.idl import Carriers
-    from busflow.dds.participant import Intake, Participant
+    from busflow.dds.calls import BridgeParts
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.wire.client.speaker import Speaker
     from busflow.wire.zenoh.qos_text import WireQoS
@@ -27,16 +25,7 @@ _MOST_HELD_BYTES = 64 * 1024 * 1024
 class TopicInlet:
     """The way of one topic's messages into the run. They wait until the run knows their writer."""
 
-    def __init__(
-        self,
-        topic: str,
-        type_: ForeignType,
-        qos: WireQoS,
-        participant: Participant,
-        intake: Intake,
-        carriers: Carriers,
-        carried: Carried,
-    ) -> None:
+    def __init__(self, topic: str, type_: ForeignType, qos: WireQoS, parts: BridgeParts) -> None:
         """Create the topic's reader.
 
         Raises:
@@ -44,8 +33,13 @@ class TopicInlet:
         """
         self.type: ForeignType = type_
         self.qos: WireQoS = qos
-        self._name, self._participant, self._intake, self._carried = topic, participant, intake, carried
-        self._carrier = carriers.of(type_)
+        self._name, self._participant, self._intake, self._carried = (
+            topic,
+            parts.participant,
+            parts.intake,
+            parts.carried,
+        )
+        self._carrier = parts.carriers.of(type_)
         self._lock = threading.Lock()
         self._speakers: dict[bytes, Speaker | None] = {}
         """By gid of the writer; None for one that the run does not take."""

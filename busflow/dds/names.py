@@ -14,6 +14,8 @@ from busflow.errors import MalformedMessage
 from busflow.text import printable
 from busflow.wire.zenoh.keys import ros_type
 
+_CYCLONE = b"\x01\x10"
+"""Cyclone's number among the implementations of DDS, by which each of its gids begins; Fast DDS has 01 0F."""
 _MOST_USER_DATA = 4096
 """Bytes of user data that are read; ROS 2 writes about a hundred and fifty."""
 
@@ -100,3 +102,12 @@ def service_end_id(participant: bytes, number: int) -> str:
     """
     first, *rest = participant[:12] + number.to_bytes(4, "big")
     return f"{first:2x}" + "".join(f".{each:x}" for each in rest)
+
+
+def is_of_cyclone(gid: bytes) -> bool:
+    """Return whether a participant or endpoint is one of Cyclone DDS.
+
+    >>> is_of_cyclone(bytes.fromhex("0110aabbccddeeff00112233000001c1"))
+    True
+    """
+    return gid.startswith(_CYCLONE)

@@ -20,7 +20,7 @@ from cyclonedds.core import InstanceState
 from cyclonedds.qos import Policy, Qos
 
 from busflow.dds.idl import Carriers
-from busflow.dds.names import DdsName, read_user_data, type_of, user_data
+from busflow.dds.names import DdsName, NameUse, is_of_cyclone, read_user_data, type_of, user_data
 from busflow.dds.node_lists import READ, TOPIC, WRITTEN, ListedNode, decode_nodes, encode_nodes, node_list_type
 from busflow.dds.participant import Intake, Participant
 from busflow.dds.qos import from_dds
@@ -48,9 +48,19 @@ class NeighbourEnd:
     hash: str | None
     """The hash of its type, if it states one."""
     qos: WireQoS
-    end_id: str
-    """The text by which a client or server says which reader and writer are its own; empty if it does not."""
     is_writer: bool
+    describes_type: bool
+    """Whether it describes its type to others (XTypes), as nodes of ROS 2 with Fast DDS 3 do."""
+
+    @property
+    def can_cross(self) -> bool:
+        """Whether the bridge can carry it: of services, those of Cyclone alone, as others write no header."""
+        return self.name.use is NameUse.TOPIC or is_of_cyclone(self.gid)
+
+    @property
+    def may_not_match(self) -> bool:
+        """Whether another DDS than Cyclone compares its description of the type with Cyclone's."""
+        return self.describes_type and not is_of_cyclone(self.gid)
 
 
 class Neighbours:
@@ -111,10 +121,6 @@ class Neighbours:
         with self._lock:
             return [node for nodes in self._nodes.values() for node in nodes]
 
-    def end(self, gid: bytes) -> NeighbourEnd | None:
-        """Return an endpoint by its gid."""
-        return self._ends.get(gid)
-
     def node_of(self, end: NeighbourEnd) -> ListedNode | None:
         """Return the node of an endpoint; `BARE` if its participant lists none, None if ROS 2 has yet to list it."""
         with self._lock:
@@ -157,8 +163,7 @@ class Neighbours:
             name = DdsName.parse(sample.topic_name)
             if name is None:
                 return None
-            stated = read_user_data(_user_data(sample.qos))
-            type_hash = stated.get("typehash", "")
+            type_hash = read_user_data(_user_data(sample.qos)).get("typehash", "")
             return NeighbourEnd(
                 gid=sample.key.bytes,
                 participant=sample.participant_key.bytes,
@@ -166,8 +171,8 @@ class Neighbours:
                 type=type_of(sample.type_name),
                 hash=type_hash if is_rihs01(type_hash) else None,
                 qos=from_dds(sample.qos),
-                end_id=stated.get("clientid") or stated.get("serviceid") or "",
                 is_writer=is_writer,
+                describes_type=sample.type_id is not None,
             )
         except MalformedMessage as error:
             self._on_fault(str(error))

@@ -22,9 +22,7 @@ from busflow.wire.zenoh.sender import LARGE, SenderThread
 if TYPE_CHECKING:
     from cyclonedds.pub import DataWriter
 
-    from busflow.dds.carried import Carried
-    from busflow.dds.idl import Carriers
-    from busflow.dds.participant import Participant
+    from busflow.dds.calls import BridgeParts
     from busflow.interfaces.encoding.foreign import ForeignType
 
 
@@ -42,27 +40,19 @@ class _Way:
 class TopicOutlet:
     """The way of one topic's messages out of the run. They are received only while a neighbour reads the topic."""
 
-    def __init__(
-        self,
-        token: Token,
-        type_: ForeignType,
-        session: zenoh.Session,
-        participant: Participant,
-        carriers: Carriers,
-        carried: Carried,
-    ) -> None:
+    def __init__(self, token: Token, type_: ForeignType, parts: BridgeParts) -> None:
         """Create an outlet without publishers; the token is that of the first.
 
         Raises:
             UnknownType: DDS cannot describe the type.
         """
-        self._topic, self._type, self._session, self._participant = token.topic, type_, session, participant
+        self._topic, self._type, self._session, self._participant = token.topic, type_, parts.session, parts.participant
         self._key = topic_key(token.topic, type_.name, type_.type_hash, domain=token.domain)
-        self._carrier, self._carried = carriers.of(type_), carried
+        self._carrier, self._carried = parts.carriers.of(type_), parts.carried
         self._ways: dict[bytes, _Way] = {}
         self._subscriber: Any = None
         self._sender = SenderThread(
-            f"busflow.dds{token.topic}", on_error=lambda error: carried.fault(f"{token.topic}: {error}")
+            f"busflow.dds{token.topic}", on_error=lambda error: parts.carried.fault(f"{token.topic}: {error}")
         )
         self._in_thread = False
         """True once a message was large: the others then follow it through the thread, so that they stay in order."""

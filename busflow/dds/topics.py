@@ -114,10 +114,7 @@ class Topics:
             type_ = self._types.message(*key)
             if type_ is None:
                 return None
-            parts = self._parts
-            self._outlets[key] = TopicOutlet(
-                token, type_, parts.session, parts.participant, parts.carriers, parts.carried
-            )
+            self._outlets[key] = TopicOutlet(token, type_, self._parts)
         return self._outlets[key]
 
     def _update_inlets(self, received: Sequence[Token], written: Sequence[NeighbourEnd]) -> None:
@@ -146,13 +143,10 @@ class Topics:
         type_ = self._types.message(topic, token.type, token.hash)
         if type_ is None:
             return
-        parts = self._parts
         try:
-            self._inlets[topic] = TopicInlet(
-                topic, type_, qos, parts.participant, parts.intake, parts.carriers, parts.carried
-            )
+            self._inlets[topic] = TopicInlet(topic, type_, qos, self._parts)
         except UnknownType as error:
-            parts.carried.warn(f"{topic} does not cross the bridge from DDS: {error}")
+            self._parts.carried.warn(f"{topic} does not cross the bridge from DDS: {error}")
 
     def _update_speakers(self, written: Sequence[NeighbourEnd]) -> None:
         wanted = {end.gid: end for end in written if end.name.name in self._inlets}
