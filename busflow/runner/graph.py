@@ -97,7 +97,7 @@ class Graph:
         self.bus: Bus = Bus(self.clock, explore=explore)
         """The topics and services of this process."""
         self.watchdog = Watchdog(watchdog_s, self.log) if watchdog_s and self.clock.kind == "system" else None
-        self.rosout: Rosout = Rosout(self.bus, self.log)
+        self.rosout: Rosout = Rosout(self.bus, self.log, to_ros2=any(each.ros2 for each in self.descriptions))
         self.units: list[Unit] = []
         self.extensions: list[Extension] = []
         """Extensions of the run; used by busflow itself."""

@@ -1,7 +1,7 @@
 """Rosout: publishes the run's log on `/rosout`, as ROS 2 does, while the topic has a subscription.
 
 It has a publisher from the first subscription on, or once the run can be looked into from outside. A line becomes a
-message only while the topic has a subscription.
+message only while the topic has a subscription, or where nodes of ROS 2 may come and ask for earlier lines.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from busflow.node.endpoints import Attached
 
 _DEPTH = 1000
+_ROS2_QOS = QoS(depth=_DEPTH, durability=Durability.TRANSIENT_LOCAL, lifespan_s=10)
+"""ROS 2's own: its viewers of the log request `transient_local`. Source: ros2/rcl 9.2, `logging_rosout.h`."""
 _NS_PER_S = 1_000_000_000
 
 
@@ -33,21 +35,21 @@ class Rosout:
     published, and neither is what a node logs that receives the topic itself. The log has all of them.
     """
 
-    def __init__(self, bus: Bus, log: Log) -> None:
+    def __init__(self, bus: Bus, log: Log, *, to_ros2: bool = False) -> None:
         self.refused: int = 0
         """Lines that a subscription with `overflow: block` had no room for, or that came after the end."""
-        self._bus, self._log = bus, log
+        self._bus, self._log, self._to_ros2 = bus, log, to_ros2
         self._publisher: Publisher[LogMessage] | None = None
         self._publishing: set[int] = set()
         bus.on_attach.append(self._on_attach)
 
     def announce(self, durability: Durability = Durability.VOLATILE) -> None:
-        """Create a publisher of the topic, which offers this durability."""
+        """Create a publisher of the topic, which offers this durability, or what nodes of ROS 2 expect."""
         if self._publisher is not None:
             return
         from busflow.msgs.rcl_interfaces import Log as LogMessage
 
-        qos = QoS(depth=_DEPTH, durability=durability)
+        qos = _ROS2_QOS if self._to_ros2 else QoS(depth=_DEPTH, durability=durability)
         publisher = Publisher(LogMessage, Endpoint(LOG_NODE, ROSOUT, LogMessage, qos, "the run's log", ROSOUT))
         self._publisher = publisher
         try:
@@ -63,11 +65,10 @@ class Rosout:
 
     def _write(self, record: LogRecord) -> None:
         publisher, thread = self._publisher, get_ident()
-        if publisher is None or not publisher.is_received or thread in self._publishing:
+        if publisher is None or thread in self._publishing or not (self._to_ros2 or publisher.is_received):
             return
-        if record.process:  # which publishes it itself
-            return
-        if any(each.endpoint.node == record.node for each in self._bus.topics[ROSOUT].subscriptions):
+        # Another process publishes its lines itself, and a node that receives the topic would hear itself without end.
+        if record.process or any(each.endpoint.node == record.node for each in self._bus.topics[ROSOUT].subscriptions):
             return
         self._publishing.add(thread)
         try:

@@ -3,6 +3,8 @@
 from busflow import Node, publisher, subscription
 from busflow.bus.endpoint import ROSOUT
 from busflow.bus.qos import QoS
+from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.ros2 import Ros2Spec
 from busflow.log import LogRecord
 from busflow.msgs.rcl_interfaces import Log
 from busflow.msgs.std_msgs import Int64
@@ -93,3 +95,19 @@ async def test_rosout_of_another_type_is_warned_about():
 def test_control_characters_in_lines_are_escaped():
     record = LogRecord(0, "error", "/n", "a\x1b[31m\nb", {"\x1b": "\ud800"})
     assert log_message(record).msg == "a\\x1b[31m\nb \\x1b=\\ud800"
+
+
+@virtual_time
+async def test_nodes_of_ros2_are_offered_what_they_expect():
+    """`rcl_qos_profile_rosout_default` in `logging_rosout.h` of ros2/rcl 9.2: 1000 deep, transient_local, for 10 s."""
+    async with harness(LaunchDescription("robot", (), ros2=Ros2Spec()), Talker) as robot:
+        robot.graph.rosout.announce()
+        robot.node(Talker).say("nobody receives this yet")
+        late = robot.graph.subscribe(Log, ROSOUT, qos=QoS(durability="transient_local"))
+        await robot.settle()
+        assert late.latest is not None
+        assert late.latest.msg == "nobody receives this yet"
+        await robot.advance(11)
+        later = robot.graph.subscribe(Log, ROSOUT, qos=QoS(durability="transient_local"))
+        await robot.settle()
+        assert later.latest is None
