@@ -1,7 +1,9 @@
 """ParameterServices: ROS 2's six services to list, read and set parameters, answered from a node's store.
 
-Where the interface files leave the behaviour open, it is rclpy's: a parameter that does not exist has the type
-PARAMETER_NOT_SET, and depth counts the parts of a name below a prefix.
+The behaviour is rclpy's: where one of the names does not exist, the lists in the response are empty, by which
+`ros2 param get` fails, and depth counts the parts of a name below a prefix.
+
+Source: ros2/rclpy 8.0, `parameter_service.py`; ros2/ros2cli 0.36, `ros2param/verb/get.py`.
 """
 
 from __future__ import annotations
@@ -18,8 +20,6 @@ from busflow.msgs.rcl_interfaces import (
     ListParameters,
     ListParametersResult,
     Parameter,
-    ParameterDescriptor,
-    ParameterValue,
     SetParameters,
     SetParametersAtomically,
     SetParametersResult,
@@ -61,24 +61,18 @@ class ParameterServices:
 
     def get(self, request: GetParameters.Request) -> GetParameters.Response:
         """Return the values of parameters."""
-        return GetParameters.Response(values=[_value(self._find(name)) for name in request.names])
+        found = self._found(request.names)
+        return GetParameters.Response(values=[value_message(each.value, each.info) for each in found])
 
     def types(self, request: GetParameterTypes.Request) -> GetParameterTypes.Response:
         """Return the types of parameters."""
-        found = [self._find(name) for name in request.names]
-        return GetParameterTypes.Response(
-            types=[0 if each is None else type_of(each.value, each.info) for each in found]
-        )
+        found = self._found(request.names)
+        return GetParameterTypes.Response(types=[type_of(each.value, each.info) for each in found])
 
     def describe(self, request: DescribeParameters.Request) -> DescribeParameters.Response:
         """Return the descriptions of parameters."""
-        found = [(name, self._find(name)) for name in request.names]
-        return DescribeParameters.Response(
-            descriptors=[
-                ParameterDescriptor(name=name) if each is None else descriptor_message(each.info, each.value)
-                for name, each in found
-            ]
-        )
+        found = self._found(request.names)
+        return DescribeParameters.Response(descriptors=[descriptor_message(each.info, each.value) for each in found])
 
     def set(self, request: SetParameters.Request) -> SetParameters.Response:
         """Set parameters one after another, each independently."""
@@ -88,8 +82,10 @@ class ParameterServices:
         """Set parameters together: all of them or none."""
         return SetParametersAtomically.Response(result=self._set(request.parameters))
 
-    def _find(self, name: str) -> LiveParameter | None:
-        return self._store.get(name) if name in self._store.infos else None
+    def _found(self, names: Sequence[str]) -> list[LiveParameter]:
+        """Return the parameters of these names, or none at all if one of them does not exist."""
+        exist = self._store.infos.keys() >= set(names)
+        return [self._store.get(name) for name in names] if exist else []
 
     def _set(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         try:
@@ -104,10 +100,6 @@ def _awaitable(answer: Callable[[Any], Message]) -> Answer:
         return answer(request)
 
     return ask
-
-
-def _value(parameter: LiveParameter | None) -> ParameterValue:
-    return ParameterValue() if parameter is None else value_message(parameter.value, parameter.info)
 
 
 def _listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
