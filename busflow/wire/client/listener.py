@@ -8,8 +8,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from busflow.errors import MalformedMessage
 from busflow.wire.zenoh.keys import Attachment
@@ -21,9 +20,8 @@ MOST_BYTES = 64 * 1024 * 1024
 """Limit of the bytes that wait to be read, whatever their number; a single larger message may wait."""
 
 
-@dataclass(frozen=True, slots=True)
-class Received:
-    """One message as it arrived."""
+class Received(NamedTuple):
+    """One message as it arrived. A named tuple, because one is made for every message."""
 
     payload: bytes
     sequence: int
@@ -84,8 +82,10 @@ class Listener:
 
     def get(self, timeout_s: float | None = None) -> Received | None:
         """Wait for the next message and return it; None if none came in time."""
+        if timeout_s == 0 and not self._waiting:  # most looks of one who has many listeners find nothing
+            return None
         with self._arrived:
-            if not self._arrived.wait_for(lambda: self._waiting, timeout_s):
+            if not self._waiting and not self._arrived.wait_for(lambda: self._waiting, timeout_s):
                 return None
             received = self._waiting.popleft()
             self._bytes -= len(received.payload)

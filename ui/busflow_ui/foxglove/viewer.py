@@ -47,8 +47,10 @@ _MOST_ANSWER_BYTES = 64 * 1024 * 1024
 """Most other waiting bytes: a viewer that requests more without reading is disconnected."""
 _MOST_CALLS = 16
 _CALL_S = 30.0
-_GATHER_S = 0.005
-"""Longest that a message waits for others, to be sent with them: waking up and writing cost more than all else."""
+_GATHER_S = 0.016
+"""Longest that a message waits for others, to be sent with them: waking up and writing cost more than all else.
+
+It is one picture of a screen, before whose next one no browser shows anything."""
 _REPORT_EVERY_NS = 1_000_000_000
 """Interval at which a viewer is informed that it reads too slowly."""
 
