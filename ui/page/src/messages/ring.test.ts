@@ -91,7 +91,7 @@ test("a ring is a sorted list under any order", () => {
 });
 
 test("a moment is found between points", () => {
-  const points = { times: new Float64Array([1, 2, 2, 3]), values: new Float64Array([10, 20, NaN, 30]) };
+  const points = { times: new Float64Array([1, 2, 2, 3]), values: new Float64Array([10, 20, NaN, 30]), revision: 0 };
   assert.deepEqual([0, 1, 1.5, 2, 3, 4].map((time) => firstAfter(points.times, time)), [0, 1, 1, 3, 4, 4]);
   assert.deepEqual([0, 1, 1.9, 2.5, 9].map((time) => valueBefore(points, time)), [undefined, 10, 10, undefined, 30]);
 });

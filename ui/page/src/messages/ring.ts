@@ -10,6 +10,15 @@
 export interface Points {
   readonly times: Float64Array;
   readonly values: Float64Array;
+  /** Points of one revision differ only by those that were added after all others, and by the oldest, which are gone. */
+  readonly revision: number;
+}
+
+let revisions = 0;
+
+/** Returns a revision that no other points have. */
+export function newRevision(): number {
+  return (revisions += 1);
 }
 
 const FIRST_SIZE = 1024;
@@ -22,6 +31,7 @@ export class Ring {
   #start = 0;
   #end = 0;
   #changes = 0;
+  #revision = newRevision();
 
   /** Keeps the points of the last `spanS` seconds, and at most `most` of them, which is more than may come late. */
   constructor(
@@ -45,6 +55,7 @@ export class Ring {
     return {
       times: this.#times.subarray(this.#start, this.#end),
       values: this.#values.subarray(this.#start, this.#end),
+      revision: this.#revision,
     };
   }
 
@@ -69,6 +80,7 @@ export class Ring {
       return false;
     }
     this.#end -= pointsAfter;
+    this.#revision = newRevision();
     if (this.length > 0) this.#push(time, NaN);
     this.#push(time, shown);
     return true;
@@ -85,6 +97,7 @@ export class Ring {
   /** Drops the points after a moment. */
   cut(time: number): void {
     this.#changes += 1;
+    this.#revision = newRevision();
     this.#end = this.#start + firstAfter(this.points.times, time);
   }
 
@@ -97,6 +110,7 @@ export class Ring {
   }
 
   #insert(pointsAfter: number, time: number, value: number): void {
+    this.#revision = newRevision();
     this.#push(time, value);
     const last = this.#end - 1;
     const place = last - pointsAfter;

@@ -39,6 +39,15 @@ test("a tree has no more than 2000 rows", () => {
   assert.equal(rowsOf(wide, AS_IT_BEGINS).length, 2000);
 });
 
+test("a search shows matching fields in their branches", () => {
+  const deep = { pose: { position: { x: 1, y: 2 }, orientation: { x: 0, y: 0 } }, joints: [{ name: "hip", torque: { limit: 55 } }], on: true };
+  const search = (words: string): string[] => lines(deep, { ...AS_IT_BEGINS, search: words });
+  assert.deepEqual(search("Position X"), ["pose- ", " position- ", "  x: 1"]);
+  assert.deepEqual(search("55"), ["joints- 1 × message", " hip- ", "  torque- ", "   limit: 55"]);
+  assert.deepEqual(search("on: "), []);
+  assert.deepEqual(search(" "), lines(deep));
+});
+
 test("markup and control characters stay text", () => {
   assert.equal(leafText("<img src=x onerror=alert(1)>"), "<img src=x onerror=alert(1)>");
   assert.equal(leafText("a\u001b[31mb\n\u202ec"), "a\\u001b[31mb\\u000a\\u202ec");

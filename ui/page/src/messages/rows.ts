@@ -1,6 +1,7 @@
 /** Rows: a message as the lines of a tree, with long texts and arrays cut. */
 
 import { isArray, isRecord, namesOf, pathText, stepTo, type Path, type Step } from "./paths";
+import { matcher } from "../store/search";
 import { numberOf } from "./shapes";
 import { stampText, timeNs } from "./stamps";
 
@@ -22,6 +23,8 @@ export interface Shown {
   readonly toggled: ReadonlySet<string>;
   /** How many items of an array are shown, where it is not `FIRST_ITEMS`; by path. */
   readonly items: ReadonlyMap<string, number>;
+  /** Words that must occur in the path or in the value; all branches are open then, and those without a match left out. */
+  readonly search?: string;
 }
 
 export const FIRST_ITEMS = 20;
@@ -33,8 +36,30 @@ const FEW_ITEMS = 12;
 const CONTROL = /[\p{Cc}\u200e\u200f\u202a-\u202e\u2066-\u2069]/gu;
 
 /** Returns the rows of a message. */
-export function rowsOf(message: unknown, shown: Shown): Row[] {
+export function rowsOf(message: unknown, shown: Shown): readonly Row[] {
+  const rows = allRows(message, shown);
+  return isSearch(shown) ? found(rows, matcher(shown.search ?? "")) : rows;
+}
+
+function isSearch({ search = "" }: Shown): boolean {
+  return search.trim() !== "";
+}
+
+/** Returns the rows that match, below the branches in which they are. */
+function found(rows: readonly Row[], matches: (text: string) => boolean): readonly Row[] {
+  const kept: Row[] = [];
+  let depth = 0; // of the row that was kept last, going backwards: what stands before it, less deep, is around it
+  for (const row of rows.toReversed()) {
+    if (row.depth >= depth && !matches(`${row.path} ${row.text}`)) continue;
+    kept.push(row);
+    ({ depth } = row);
+  }
+  return kept.reverse();
+}
+
+function allRows(message: unknown, shown: Shown): Row[] {
   const rows: Row[] = [];
+  const isAllOpen = isSearch(shown);
   const add = (value: unknown, step: Step, path: Path, ancestors: readonly unknown[]): void => {
     if (rows.length >= MOST_ROWS) return;
     const text = pathText(path);
@@ -43,7 +68,7 @@ export function rowsOf(message: unknown, shown: Shown): Row[] {
       rows.push({ path: text, depth, name, kind: numberOf(value) === undefined ? "text" : "number", text: leafText(value), isOpen: false });
       return;
     }
-    const isOpen = beginsOpen(value, depth) !== shown.toggled.has(text);
+    const isOpen = isAllOpen || beginsOpen(value, depth) !== shown.toggled.has(text);
     rows.push({ path: text, depth, name, kind: "branch", text: summaryOf(value), isOpen });
     if (isOpen) addInside(value, path, [...ancestors, value]);
   };

@@ -18,11 +18,13 @@ const MORE_ITEMS = 100;
 interface Props {
   readonly session: Session;
   readonly topic: string;
+  /** Words that must occur in what is shown of the message. */
+  readonly search?: string;
 }
 
-export function MessageTree({ session, topic }: Props) {
+export function MessageTree({ session, topic, search = "" }: Props) {
   const observation = observationOf(session);
-  const [shown, setShown] = useState<Shown>({ toggled: new Set(), items: new Map() });
+  const [opened, setOpened] = useState<Shown>({ toggled: new Set(), items: new Map() });
   useFollowed(observation, [topic]);
   useFrames(observation);
   const isPast = observation.receiver.moment.value !== undefined;
@@ -36,8 +38,11 @@ export function MessageTree({ session, topic }: Props) {
       {reading.fault === undefined ? (
         <Rows
           topic={topic}
-          rows={rowsOf(reading.message, shown)}
-          onOpen={(row) => setShown(row.kind === "rest" ? withMore(shown, row) : withToggled(shown, row))}
+          rows={rowsOf(reading.message, { ...opened, search })}
+          onOpen={(row) => {
+            if (row.kind === "rest") setOpened(withMore(opened, row));
+            else if (search === "") setOpened(withToggled(opened, row)); // a search has all branches open
+          }}
         />
       ) : (
         <p class="tree-nothing bad" role="alert">
@@ -100,6 +105,7 @@ interface RowsProps {
 
 function Rows({ topic, rows, onOpen }: RowsProps) {
   const [active, setActive] = useState("");
+  if (rows.length === 0) return <p class="tree-nothing quiet">No field matches.</p>;
   const current = rows.some((row) => row.path === active) ? active : (rows[0]?.path ?? "");
   const act = (row: Row, from: EventTarget): void => {
     if (row.kind === "number") plot(from, { topic, field: row.path });

@@ -1,16 +1,17 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { thinnedOf, type Thinned } from "../messages/thinning";
 import { Bitmap, type Ink } from "./bitmap";
+import { Columns } from "./columns";
 
 const FULL = 0xff0000ff;
 const INK: Ink = { full: FULL, faint: 0x400000ff, dash: [], width: 1 };
-const UNIT = { fromTime: 0, perSecond: 1, greatest: 9, perUnit: 1 };
+const UNIT = { greatest: 9, perUnit: 1 };
 
-function points(...all: readonly (readonly [number, number])[]): Thinned {
-  const thinned = thinnedOf(all.length);
-  all.forEach(([time, value], at) => ([thinned.times[at], thinned.values[at]] = [time, value]));
-  return Object.assign(thinned, { count: all.length });
+function points(...all: readonly (readonly [number, number])[]): Columns {
+  const columns = new Columns();
+  const [times, values] = [Float64Array.from(all, ([time]) => time), Float64Array.from(all, ([, value]) => value)];
+  columns.update({ times, values, revision: 0 }, { first: 0, perSecond: 1, columns: 6 });
+  return columns;
 }
 
 /** The rows of the picture: `#` full, `+` faint, `.` empty. */
@@ -20,10 +21,10 @@ function rows(bitmap: Bitmap, width: number): string[] {
   return signs.match(new RegExp(`.{${width}}`, "g")) ?? [];
 }
 
-function drawn(thinned: Thinned, ink: Ink = INK): string[] {
+function drawn(columns: Columns, ink: Ink = INK): string[] {
   const bitmap = new Bitmap();
   bitmap.begin(6, 10);
-  bitmap.line(thinned, UNIT, ink);
+  bitmap.line(columns, UNIT, ink);
   return rows(bitmap, 6);
 }
 

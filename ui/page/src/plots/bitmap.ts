@@ -2,15 +2,13 @@
  * Bitmap: lines of more points than there are columns of pixels, drawn as one upright run in each column.
  *
  * A browser strokes a path of ten thousand joints in milliseconds, and a dashed one in tens of them; twenty such lines are
- * no longer fluid. Here a line costs one pass over its points, and a frame one copy of the picture; nothing is allocated.
+ * no longer fluid. Here a line costs one pass over its columns, and a frame one copy of the picture; nothing is allocated.
  */
 
-import type { Thinned } from "../messages/thinning";
+import type { Columns } from "./columns";
 
-/** Where a line stands in the bitmap: `pixel = (value - from) * per`, and downwards for values. */
+/** Where the values of a line stand in the bitmap: `pixel = (greatest - value) * perUnit`. */
 export interface Scaling {
-  readonly fromTime: number;
-  readonly perSecond: number;
   readonly greatest: number;
   readonly perUnit: number;
 }
@@ -51,37 +49,20 @@ export class Bitmap {
     return isResized;
   }
 
-  line(points: Thinned, scaling: Scaling, ink: Ink): void {
+  line(columns: Columns, scaling: Scaling, ink: Ink): void {
     this.#tops.fill(NOTHING);
     this.#bottoms.fill(-1);
-    this.#trace(points, scaling);
+    this.#trace(columns, scaling);
     this.#fill(ink);
   }
 
   /** Notes the ends of the run in each column. */
-  #trace({ times, values, count }: Thinned, { fromTime, perSecond, greatest, perUnit }: Scaling): void {
-    let column = -1; // of the run that goes on
-    let top = Infinity;
-    let bottom = -Infinity;
-    let beforeX = NaN;
-    let beforeY = NaN;
-    for (let at = 0; at < count; at += 1) {
-      const x = ((times[at] ?? 0) - fromTime) * perSecond;
-      const y = (greatest - (values[at] ?? NaN)) * perUnit;
-      const next = Math.floor(x);
-      if (next !== column || Number.isNaN(y)) {
-        this.#reach(column, top, bottom);
-        column = next;
-        top = Infinity;
-        bottom = -Infinity;
-        if (beforeX < x && !Number.isNaN(y)) this.#segment(beforeX, beforeY, x, y);
-      }
-      if (y < top) top = y;
-      if (y > bottom) bottom = y;
-      beforeX = Number.isNaN(y) ? NaN : x;
-      beforeY = y;
+  #trace(columns: Columns, { greatest, perUnit }: Scaling): void {
+    const { least: leasts, greatest: greatests } = columns;
+    for (let column = 0; column < leasts.length; column += 1) {
+      this.#reach(column, (greatest - (greatests[column] ?? NaN)) * perUnit, (greatest - (leasts[column] ?? NaN)) * perUnit);
     }
-    this.#reach(column, top, bottom);
+    columns.join((fromX, from, toX, to) => this.#segment(fromX, (greatest - from) * perUnit, toX, (greatest - to) * perUnit));
   }
 
   /** Notes a straight line between points of different columns: in each column the part that lies in it. */
@@ -96,7 +77,7 @@ export class Bitmap {
   }
 
   #reach(column: number, top: number, bottom: number): void {
-    if (column < 0 || column >= this.#width || top > bottom) return;
+    if (column < 0 || column >= this.#width || !(top <= bottom)) return; // NaN is a column without points
     const first = Math.max(0, Math.round(top));
     const last = Math.min(this.#height - 1, Math.round(bottom));
     if (first < (this.#tops[column] ?? 0)) this.#tops[column] = first;

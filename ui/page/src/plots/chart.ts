@@ -1,7 +1,8 @@
 /** Chart: the drawing of lines over the shared time, by uPlot; its marks, its two cursors, and its picture as PNG. */
 
 import uPlot from "uplot";
-import { thin, thinnedOf, type Thinned } from "../messages/thinning";
+import type { Points } from "../messages/ring";
+import { Columns, pointsWithin, stretchOf, viewOf } from "./columns";
 import type { Line } from "./lines";
 import type { Observation } from "./observation";
 import { DenseLines } from "./dense_lines";
@@ -19,7 +20,11 @@ const LEAST_SIZE = 40;
 interface Drawn {
   readonly line: Line;
   readonly scale: string;
-  readonly thinned: Thinned;
+  readonly columns: Columns;
+  /** The points in the picture. */
+  points: Points;
+  /** Whether there are more of them than columns of pixels, which are drawn in their place. */
+  isDense: boolean;
 }
 
 export class Chart {
@@ -70,7 +75,9 @@ export class Chart {
     this.#drawn = lines.map((line) => ({
       line,
       scale: line.unit !== first && line.unit === second ? "right" : "left",
-      thinned: thinnedOf(1000),
+      columns: new Columns(),
+      points: line.points,
+      isDense: false,
     }));
     this.#rebuild();
   }
@@ -85,11 +92,15 @@ export class Chart {
     // The unit of a line is known with its first message.
     if (this.#drawn.some(({ line }, at) => line.unit !== this.#units[at])) this.setLines(this.#drawn.map(({ line }) => line));
     const { timeline, lines } = this.#observation;
-    this.#stretch = timeline.stretch(lines.newestS ?? 0);
-    const view = { ...this.#stretch, columns: this.columns };
-    for (const { line, thinned } of this.#drawn) thin(line.points, view, thinned);
+    const view = viewOf(timeline.stretch(lines.newestS ?? 0), this.columns);
+    this.#stretch = stretchOf(view);
+    for (const drawn of this.#drawn) {
+      drawn.points = pointsWithin(drawn.line.points, this.#stretch);
+      drawn.isDense = drawn.points.times.length > view.columns;
+      if (drawn.isDense) drawn.columns.update(drawn.line.points, view);
+    }
     this.#plot.batch(() => {
-      this.#plot.setScale("x", { min: view.from, max: view.to });
+      this.#plot.setScale("x", { min: this.#stretch.from, max: this.#stretch.to });
       for (const scale of ["left", "right"]) {
         const [min, max] = this.#range(scale);
         this.#plot.setScale(scale, { min, max });
@@ -224,13 +235,10 @@ export class Chart {
 
   #range(scale: string): [number, number] {
     let [least, greatest] = [Infinity, -Infinity];
-    for (const { thinned, scale: own } of this.#drawn) {
+    for (const { columns, points, isDense, scale: own } of this.#drawn) {
       if (own !== scale) continue;
-      for (let at = 0; at < thinned.count; at += 1) {
-        const value = thinned.values[at] ?? NaN;
-        if (value < least) least = value;
-        if (value > greatest) greatest = value;
-      }
+      for (const value of isDense ? columns.least : points.values) if (value < least) least = value;
+      for (const value of isDense ? columns.greatest : points.values) if (value > greatest) greatest = value;
     }
     if (least > greatest) return [0, 1];
     if (least === 0 && greatest === 0) return [-1, 1]; // uPlot takes 0 to 100
@@ -249,14 +257,13 @@ export class Chart {
   }
 
   #drawDense({ ctx, bbox, scales }: uPlot): void {
-    const x = scales.x;
-    if (x?.min == null || x.max == null || !this.#drawn.some(({ thinned }) => isDense(thinned, bbox))) return;
-    const perSecond = bbox.width / (x.max - x.min);
+    // A panel may be too small to have any pixels.
+    if (bbox.width < 1 || bbox.height < 1 || !this.#drawn.some(({ isDense }) => isDense)) return;
     this.#dense.begin(bbox);
-    for (const [at, { thinned, scale }] of this.#drawn.entries()) {
+    for (const [at, { columns, isDense, scale }] of this.#drawn.entries()) {
       const y = scales[scale];
-      if (!isDense(thinned, bbox) || y?.min == null || y.max == null) continue;
-      this.#dense.line(at, thinned, { fromTime: x.min, perSecond, greatest: y.max, perUnit: bbox.height / (y.max - y.min) });
+      if (!isDense || y?.min == null || y.max == null) continue;
+      this.#dense.line(at, columns, { greatest: y.max, perUnit: bbox.height / (y.max - y.min) });
     }
     this.#dense.show(ctx, bbox);
   }
@@ -287,18 +294,14 @@ export class Chart {
   }
 }
 
-/** Whether a line has more points than columns of pixels; a panel may be too small to have any. */
-function isDense({ count }: Thinned, { width, height }: uPlot.BBox): boolean {
-  return width >= 1 && height >= 1 && count > width;
-}
-
-/** Returns the path of a line's thinned points, broken at its gaps; where they stand far apart, a dot for each. */
-function pathOf({ bbox, scales }: uPlot, { thinned, scale }: Drawn): uPlot.Series.Paths | null {
+/** Returns the path of a line's points, broken at its gaps; where they stand far apart, a dot for each. */
+function pathOf({ bbox, scales }: uPlot, { points, isDense, scale }: Drawn): uPlot.Series.Paths | null {
   const [x, y] = [scales.x, scales[scale]];
-  if (isDense(thinned, bbox)) return null; // drawn already
+  if (isDense) return null; // drawn already
   if (x?.min == null || x.max == null || y?.min == null || y.max == null) return null;
   const [perSecond, perUnit] = [bbox.width / (x.max - x.min), bbox.height / (y.max - y.min)];
-  const { times, values, count } = thinned;
+  const { times, values } = points;
+  const count = times.length;
   const stroke = new Path2D();
   const lengthS = (times[count - 1] ?? 0) - (times[0] ?? 0);
   const dots = count * DOT_DISTANCE * devicePixelRatio < Math.min(bbox.width, lengthS * perSecond) ? new Path2D() : null;

@@ -5,7 +5,7 @@ import { csvOf, type Column } from "./csv";
 const column = (name: string, points: readonly (readonly [number, number])[], unit?: string): Column => ({
   name,
   unit,
-  points: { times: Float64Array.from(points, ([time]) => time), values: Float64Array.from(points, ([, value]) => value) },
+  points: { times: Float64Array.from(points, ([time]) => time), values: Float64Array.from(points, ([, value]) => value), revision: 0 },
 });
 const stampOf = (timeS: number): bigint => 1_000_000_000_000n + BigInt(Math.round(timeS * 1e9));
 

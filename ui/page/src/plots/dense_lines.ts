@@ -1,7 +1,7 @@
 /** Dense lines: those of a chart that have more points than columns, drawn together as one picture. */
 
-import type { Thinned } from "../messages/thinning";
 import { Bitmap, type Ink, type Scaling } from "./bitmap";
+import type { Columns } from "./columns";
 import { dashOf, strokeOf, type Palette } from "./palette";
 
 /** Opacity between the dashes of a line: its peaks are seen there too. */
@@ -43,10 +43,10 @@ export class DenseLines {
     this.#isEmpty = true;
   }
 
-  line(at: number, points: Thinned, scaling: Scaling): void {
+  line(at: number, columns: Columns, scaling: Scaling): void {
     const ink = this.#inks[at];
     if (ink === undefined) return;
-    this.#bitmap.line(points, scaling, ink);
+    this.#bitmap.line(columns, scaling, ink);
     this.#isEmpty = false;
   }
 

@@ -67,8 +67,8 @@ export class Line {
   }
 
   hold(): void {
-    const { times, values } = this.ring.points;
-    this.#held = { times: times.slice(), values: values.slice() };
+    const { times, values, revision } = this.ring.points;
+    this.#held = { times: times.slice(), values: values.slice(), revision };
   }
 
   release(): void {

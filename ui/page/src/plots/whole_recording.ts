@@ -2,7 +2,7 @@
 
 import { effect } from "@preact/signals";
 import type { Overview, OverviewRequest } from "../connection/answers";
-import type { Points } from "../messages/ring";
+import { newRevision, type Points } from "../messages/ring";
 import type { Frames } from "./frames";
 import type { Line, Lines } from "./lines";
 import type { Stretch, Timeline } from "./timeline";
@@ -61,5 +61,9 @@ export class WholeRecording {
 
 function pointsOf({ from_ns: fromNs, times_s: times, values }: Overview, timeline: Timeline): Points {
   const start = timeline.secondsOf(BigInt(fromNs));
-  return { times: Float64Array.from(times, (each) => start + each), values: Float64Array.from(values, (each) => each ?? NaN) };
+  return {
+    times: Float64Array.from(times, (each) => start + each),
+    values: Float64Array.from(values, (each) => each ?? NaN),
+    revision: newRevision(),
+  };
 }

@@ -2,6 +2,7 @@
 
 import { useState } from "preact/hooks";
 import type { Channel } from "../../connection/protocol";
+import { SearchField } from "../../controls/search_field";
 import { MessageTree } from "../../messages/tree";
 import type { Session } from "../../store/session";
 import { rateText } from "../../store/text";
@@ -11,6 +12,7 @@ import "./messages.css";
 export function Messages({ session, settings, onSettings }: PanelProps) {
   const channels = [...session.topics.channels.value.values()].sort((one, other) => one.topic.localeCompare(other.topic));
   const topic = typeof settings.topic === "string" ? settings.topic : channels[0]?.topic;
+  const search = typeof settings.search === "string" ? settings.search : "";
   const [filter, setFilter] = useState("");
   const words = filter.toLowerCase().split(/\s+/);
   const found = channels.filter(({ topic: name, schemaName }) => words.every((word) => `${name} ${schemaName}`.toLowerCase().includes(word)));
@@ -36,7 +38,8 @@ export function Messages({ session, settings, onSettings }: PanelProps) {
         ) : (
           <>
             <h2 class="message-topic">{topic}</h2>
-            <MessageTree key={topic} session={session} topic={topic} />
+            <SearchField label="Search the message" value={search} onSearch={(text) => onSettings({ ...settings, search: text })} />
+            <MessageTree key={topic} session={session} topic={topic} search={search} />
           </>
         )}
       </div>
