@@ -1,11 +1,11 @@
 /** Edge details: the ledger, the rate and the QoS of both ends of what one node publishes or receives. */
 import type { GraphTopic, TopicPublisher, TopicSubscription } from "../../connection/answers";
-import { deliverKey, publishKey } from "../../store/rates";
+import { deliverKey } from "../../store/rates";
 import { countText, rateText } from "../../store/text";
 import { Heading, Link, Section, type DetailsProps } from "./details";
 import { LastMessage } from "./last_message";
 import { ledgerOf } from "./ledger";
-import { vertexId } from "./model";
+import { publishRate, vertexId } from "./model";
 import { qosRows } from "./qos";
 
 interface EdgeProps extends DetailsProps {
@@ -15,7 +15,7 @@ interface EdgeProps extends DetailsProps {
 }
 
 export function EdgeDetails({ session, state, topic, node, isDelivery, onSelect }: EdgeProps) {
-  const rate = state.rates.get((isDelivery ? deliverKey : publishKey)(topic.name, node));
+  const rate = isDelivery ? state.rates.get(deliverKey(topic.name, node)) : publishRate(topic, node, state.rates);
   const own = topic.subscriptions.filter((end) => end.node === node);
   const publishing = topic.publishers.filter((end) => end.node === node);
   const topicLink = (
@@ -35,7 +35,7 @@ export function EdgeDetails({ session, state, topic, node, isDelivery, onSelect 
       </Heading>
       <dl class="facts">
         <dt>Rate</dt>
-        <dd>{rate === undefined ? "–" : rateText(rate)}</dd>
+        <dd>{rate == null ? "–" : rateText(rate)}</dd>
         <dt>Type</dt>
         <dd class="mono">{topic.type}</dd>
         <dt>Declared</dt>
@@ -44,12 +44,19 @@ export function EdgeDetails({ session, state, topic, node, isDelivery, onSelect 
       {isDelivery ? (
         <LedgerSection subscriptions={own} />
       ) : (
-        <Section title="Published">{countText(publishing.reduce((sum, end) => sum + (end.published ?? 0), 0))}</Section>
+        <Section title="Published">{publishedText(topic, publishing)}</Section>
       )}
       <QosSection publishers={isDelivery ? topic.publishers : publishing} subscriptions={isDelivery ? own : []} />
       <LastMessage session={session} topic={topic.name} />
     </>
   );
+}
+
+/** Returns how many messages a node has published; those of the topic where its publishers are not told apart. */
+function publishedText(topic: GraphTopic, own: readonly TopicPublisher[]): string {
+  const known = own.flatMap(({ published }) => published ?? []);
+  if (known.length > 0) return countText(known.reduce((sum, each) => sum + each, 0));
+  return `${countText(topic.published)}${topic.publishers.length > 1 ? " with others" : ""}`;
 }
 
 function originsOf(ends: readonly (TopicPublisher | TopicSubscription)[]): string {

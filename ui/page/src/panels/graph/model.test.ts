@@ -142,3 +142,18 @@ test("a topic's rate is that of all its publishers", () => {
   assert.equal(topicRate(two, new Map([[publishKey("/t", "/a"), 10], [publishKey("/t", "/b"), 5]])), 15);
   assert.equal(topicRate(two, NO_RATES), 7);
 });
+
+test("a recorded edge has the rate of its topic", () => {
+  const nodes = [node("/imu"), node("/other")];
+  const publishers = [publisher("/imu", { published: null })];
+  const recorded = graph({ nodes, topics: [topic("/data", { rate_hz: 50, publishers })] });
+  assert.deepEqual(
+    graphModel(recorded, new Map(), USUAL).edges.map(({ look, sentence }) => [look, sentence]),
+    [["flowing", "/imu publishes /data, 50 Hz"]],
+  );
+  const shared = graph({ nodes, topics: [topic("/data", { rate_hz: 50, publishers: [...publishers, publisher("/other", { published: null })] })] });
+  assert.deepEqual(
+    graphModel(shared, new Map(), USUAL).edges.map(({ sentence }) => sentence),
+    ["/imu publishes /data with others, 50 Hz", "/other publishes /data with others, 50 Hz"],
+  );
+});

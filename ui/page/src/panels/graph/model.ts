@@ -120,6 +120,11 @@ export function topicRate(topic: GraphTopic, rates: RateTable): number | null {
   return known.length > 0 ? known.reduce((sum, rate) => sum + rate, 0) : topic.rate_hz;
 }
 
+/** Returns the rate at which a node publishes a topic; that of the topic where its publishers are not told apart, as in a recording. */
+export function publishRate(topic: GraphTopic, node: string, rates: RateTable): number | null {
+  return rates.get(publishKey(topic.name, node)) ?? topic.rate_hz;
+}
+
 export function serviceKind(service: GraphService): "service" | "action" {
   return service.is_action ? "action" : "service";
 }
@@ -222,9 +227,10 @@ function topicEdges(topic: GraphTopic, rates: RateTable): Edge[] {
   const { name } = topic;
   return [
     ...publishers.map((node) => {
-      const rate = rates.get(publishKey(name, node)) ?? null;
+      const rate = publishRate(topic, node, rates);
+      const others = publishers.length > 1 && !rates.has(publishKey(name, node)) ? " with others" : "";
       const ends: Ends = { kind: "publish", from: vertexId("node", node), to: id, node, name };
-      return edge(ends, { rate, dropped: 0, isDropping: false }, `${node} publishes ${name}`);
+      return edge(ends, { rate, dropped: 0, isDropping: false }, `${node} publishes ${name}${others}`);
     }),
     ...receivers.map((node) => {
       const own = topic.subscriptions.filter((end) => end.node === node);
