@@ -199,6 +199,8 @@ def test_a_recording_is_scrubbed_to_a_known_value(stage: Stage, screenshot: Keep
     shown = Shown("lab.mcap", environment=stage.place.environment, folder=stage.folder)
     try:
         with closing(stage.opened(shown)) as page:
+            page.wait_for_selector(".edge.flowing", state="attached")
+            assert page.locator(".edge.silent").count() == 0, "the rates are those of the recording"
             page.locator(".rail-item", has_text="Messages").click()
             page.locator(".topic-row", has_text="stability_index").click()
             page.wait_for_selector(".message:has-text('stability_index')")

@@ -246,6 +246,11 @@ def test_a_number_is_dragged_into_a_plot(stage: Stage, screenshot: Keep):
     stage.page.get_by_label("Add a panel beside").select_option("plot")
     number = main.locator(".tree-row.number").first
     number.wait_for()
+    search = main.get_by_label("Search the message")
+    search.fill("no such field")
+    main.get_by_text("No field matches.").wait_for()
+    search.fill("data")
+    number.wait_for()
     data = {"dataTransfer": stage.page.evaluate_handle("() => new DataTransfer()")}
     number.dispatch_event("dragstart", data)  # the mouse's own drag begins or not, as busy as the machine is
     for event in ("dragover", "drop"):
@@ -347,10 +352,21 @@ def test_a_page_elsewhere_embeds_parameters(stage: Stage):
 
 
 def test_a_foreign_bridge_has_a_graph(stage: Stage, screenshot: Keep):
-    """Foxglove's own server, which speaks the protocol as ROS 2's foxglove_bridge does."""
+    """Foxglove's own server, which speaks the protocol as ROS 2's foxglove_bridge does, and has parameters."""
     foxglove: Any = pytest.importorskip("foxglove")
     websocket: Any = pytest.importorskip("foxglove.websocket")
-    server = foxglove.start_server(port=0, capabilities=[websocket.Capability.ConnectionGraph])
+    gain = {"/camera.gain": 5.0}
+
+    class Gain(websocket.ServerListener):  # type: ignore[misc]  # of an optional package
+        def on_get_parameters(self, *_: object) -> list[object]:
+            return [websocket.Parameter(name, value=value) for name, value in gain.items()]
+
+        def on_set_parameters(self, _: object, parameters: list[Any], *__: object) -> list[object]:
+            gain.update({each.name: min(9.0, each.get_value()) for each in parameters})
+            return self.on_get_parameters()
+
+    offered = [getattr(websocket.Capability, each) for each in ("ConnectionGraph", "Parameters", "ClientPublish")]
+    server = foxglove.start_server(port=0, capabilities=offered, server_listener=Gain())
     graph = websocket.ConnectionGraph()
     graph.set_published_topic("/scan", ["/lidar"])
     graph.set_subscribed_topic("/scan", ["/mapper"])
@@ -366,6 +382,17 @@ def test_a_foreign_bridge_has_a_graph(stage: Stage, screenshot: Keep):
             server.publish_connection_graph(graph)
             page.wait_for_selector('[data-vertex="node /planner"]')
             screenshot(page, "bridge")
+            page.locator(".rail-item", has_text="Parameters").click()
+            field = page.get_by_role("textbox", name="gain")
+            field.fill("7")
+            field.press("Enter")
+            page.wait_for_function("() => document.querySelector('.parameter input').value === '7.0'")
+            assert gain == {"/camera.gain": 7.0}
+            field.fill("100")
+            field.press("Enter")
+            page.get_by_text("The server keeps 9.").wait_for()
+            page.wait_for_function("() => document.querySelector('.parameter input').value === '9.0'")
+            screenshot(page, "bridge-parameters")
     finally:
         shown.end()
         server.stop()

@@ -1,5 +1,7 @@
 /** The Foxglove WebSocket protocol as this page speaks it, and busflow's questions: frames read and written. No socket. */
 
+import type { ParameterValue } from "./answers";
+
 export const SUBPROTOCOLS = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 /** Close code with which the server refuses a wrong token. */
 export const REFUSED_CODE = 4401;
@@ -37,6 +39,14 @@ export interface OfferedService {
   readonly response?: ServicePart;
 }
 
+/** Parameter with its node's name before the first dot; without a value where it has none. */
+export interface ParameterRow {
+  readonly name: string;
+  readonly value?: ParameterValue;
+  /** `float64`, `float64_array` or `byte_array`, which the value does not show. */
+  readonly type?: string;
+}
+
 export type StatusLevel = 0 | 1 | 2;
 
 /** What has changed in the graph: the nodes of each named topic or service, and names that have gone. */
@@ -63,7 +73,7 @@ export type TextMessage =
       readonly callId: number;
       readonly message: string;
     }
-  | { readonly op: "parameterValues"; readonly parameters: readonly { readonly name: string }[] }
+  | { readonly op: "parameterValues"; readonly parameters: readonly ParameterRow[]; readonly id?: string }
   | { readonly op: "busflow/answer"; readonly id: number; readonly answer?: unknown; readonly error?: string }
   | { readonly op: "busflow/part"; readonly id: number; readonly part: unknown }
   | { readonly op: "busflow/update"; readonly question: string; readonly answer: unknown };

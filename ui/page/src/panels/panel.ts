@@ -19,5 +19,7 @@ export interface Panel {
   readonly title: string;
   /** The sources that have something for it. */
   readonly sources: readonly Source[];
+  /** What a server has to offer for it; nothing in particular where it is left out. */
+  readonly capability?: string;
   readonly component: ComponentType<PanelProps>;
 }

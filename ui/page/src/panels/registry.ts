@@ -20,7 +20,7 @@ export const PANELS: readonly Panel[] = [
   { kind: "plot", title: "Plot", sources: ALL, component: Plot },
   { kind: "messages", title: "Messages", sources: ALL, component: Messages },
   { kind: "images", title: "Images", sources: ALL, component: Images },
-  { kind: "parameters", title: "Parameters", sources: ["run"], component: ParametersPanel },
+  { kind: "parameters", title: "Parameters", sources: LIVE, capability: "parameters", component: ParametersPanel },
   { kind: "log", title: "Log", sources: ["run", "recording"], component: LogPanel },
   { kind: "services", title: "Services", sources: LIVE, component: ServicesPanel },
   { kind: "actions", title: "Actions", sources: ALL, component: ActionsPanel },
@@ -29,8 +29,10 @@ export const PANELS: readonly Panel[] = [
 ];
 
 /** Whether a panel has something to show of what the page looks at, as far as that is known yet. */
-export function hasContent({ sources }: Panel, { server, source }: Session): boolean {
-  return sources === ALL || (server.value !== null && sources.includes(source.value));
+export function hasContent({ sources, capability }: Panel, { server, source }: Session): boolean {
+  if (sources === ALL) return true;
+  if (server.value === null || !sources.includes(source.value)) return false;
+  return capability === undefined || server.value.capabilities.includes(capability);
 }
 
 /** Returns the panels that are offered; all of them until it is known what the page looks at. */

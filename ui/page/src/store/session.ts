@@ -10,6 +10,7 @@ import { ConnectionGraph } from "./connection_graph";
 import { followed } from "./followed";
 import { Goals } from "./goals";
 import { Rates, type RateTable } from "./rates";
+import { ServerParameters } from "./server_parameters";
 
 export interface Status {
   readonly key: string;
@@ -49,6 +50,8 @@ export class Session {
   readonly services: Services;
   readonly questions: Questions;
   readonly goals: Goals;
+  /** Parameters of a server that answers no questions of busflow's. */
+  readonly serverParameters: ServerParameters;
   /** Followed while a panel reads them; what was last known stays when the connection ends. */
   readonly graph: ReadonlySignal<GraphState | null>;
   readonly log: ReadonlySignal<readonly LogEntry[]>;
@@ -78,6 +81,7 @@ export class Session {
     this.services = new Services(this.#connection);
     this.questions = new Questions((operation) => this.#connection.send(operation));
     this.goals = new Goals(this.questions);
+    this.serverParameters = new ServerParameters(this.#connection);
     this.#parameterChanges = signal<ReadonlyMap<string, number>>(new Map(), {
       watched: () => this.#followParameters(true),
       unwatched: () => this.#followParameters(false),
@@ -185,6 +189,7 @@ export class Session {
       this.topics.ended();
       this.services.ended();
       this.questions.ended();
+      this.serverParameters.ended();
       this.#connectionGraph.clear(); // the next connection begins with all of it
       this.#statuses.value = [];
     }
@@ -202,6 +207,7 @@ export class Session {
     this.topics.handle(message);
     this.services.handle(message);
     this.questions.handle(message);
+    this.serverParameters.handle(message);
   }
 
   #addStatus(level: StatusLevel, message: string, id: string | undefined): void {

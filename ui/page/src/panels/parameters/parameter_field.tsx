@@ -1,6 +1,6 @@
 /** One parameter: its control, its unit and description, what the file says, and why a value was refused. */
 import { useSignal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import type { ParameterValue } from "../../connection/answers";
 import { leafText } from "../../messages/rows";
 import { differenceOf, readText, textOf, type Field } from "./field_model";
@@ -17,6 +17,8 @@ export function ParameterField({ field, id, mayChange, onSet }: ParameterFieldPr
   const { parameter } = field;
   const current = textOf(parameter.value, field);
   const typed = useSignal(current);
+  const latest = useRef(current); // also for what began with an earlier value
+  latest.current = current;
   const reason = useSignal<string | null>(null);
   useEffect(() => {
     typed.value = current;
@@ -27,7 +29,7 @@ export function ParameterField({ field, id, mayChange, onSet }: ParameterFieldPr
     const read = readText(text, field);
     reason.value = "error" in read ? read.error : await onSet(read.value);
     // What was refused does not stay in the field as if it were so: the reason beside it names it.
-    if (reason.value !== null) typed.value = textOf(parameter.value, field);
+    if (reason.value !== null) typed.value = latest.current;
   };
   const described = [`${id}-about`, reason.value === null ? "" : `${id}-reason`].filter(Boolean).join(" ");
   const difference = differenceOf(parameter);

@@ -22,6 +22,7 @@ export function ParameterForm({ session, node, matches = () => true }: FormProps
 
   const set = async (name: string, value: ParameterValue): Promise<string | null> => {
     try {
+      if (!session.answersQuestions.peek()) return await session.serverParameters.set(node, name, value);
       const { faults } = await session.questions.ask("set_parameters", { node, values: { [name]: value } });
       return faultOf(faults, name);
     } catch (error) {
@@ -64,7 +65,9 @@ function useParameters(session: Session, node: string): Read {
   const changes = session.parameterChanges.value.get(node) ?? 0;
   const read = async () => {
     try {
-      rows.value = (await session.questions.ask("parameters", { node })).parameters;
+      rows.value = session.answersQuestions.peek()
+        ? (await session.questions.ask("parameters", { node })).parameters
+        : await session.serverParameters.read(node);
       error.value = null;
     } catch (reason) {
       error.value = (reason as Error).message;
