@@ -19,6 +19,7 @@ _MOST_READ = 100_000
 """Most messages that are decoded for one answer; of more, evenly spread ones."""
 _MOST_STEPS = 32
 _NAMES = ("name", "names", "joint_names")
+_OWN_NAMES = ("name", "child_frame_id")
 _SAME_CLOCK_NS = 600 * NS_PER_S
 """A header's stamp further from the moment of recording than this is of another clock, as on the page."""
 
@@ -81,14 +82,16 @@ def overview(recording: Recording, topic: str, path: Path, stretch: Stretch) -> 
     if channel.fault is not None:
         raise NoSuchTarget(str(channel.fault))
     every = max(1, math.ceil(_expected(recording, channel.count or 0, stretch) / _MOST_READ))
-    bins = _Bins(stretch)
+    bins, is_of_item = _Bins(stretch), any(isinstance(step, Named) for step in path)
     reading = recording.from_(stretch.start_ns, {id_})
     try:
         for number, (_, entry) in enumerate(reading):
             if entry.log_time_ns > stretch.end_ns:
                 break
             if number % every == 0:
-                bins.add(*_point(channel.plain, entry.payload, entry.log_time_ns, path))
+                stamp_ns, value = _point(channel.plain, entry.payload, entry.log_time_ns, path)
+                if value is not None or not is_of_item:  # a message without the named item says nothing of it
+                    bins.add(stamp_ns, value)
     finally:
         reading.close()
     return {"from_ns": str(stretch.start_ns), "every": every, **bins.points()}
@@ -148,7 +151,7 @@ def _item(name: str, items: Sequence[Any], ancestors: Sequence[Any]) -> Any:
             if isinstance(names, list | tuple) and len(cast("Sequence[Any]", names)) == len(items) and name in names:
                 return items[cast("Sequence[Any]", names).index(name)]
     for item in items:
-        if isinstance(item, Mapping) and cast("Mapping[str, Any]", item).get("name") == name:
+        if isinstance(item, Mapping) and any(cast("Mapping[str, Any]", item).get(word) == name for word in _OWN_NAMES):
             return cast("Mapping[str, Any]", item)
     return None
 

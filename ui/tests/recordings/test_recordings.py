@@ -173,6 +173,7 @@ def test_a_path_leads_to_items_and_names():
     assert value_at(["position", -2], message) == 1.0
     assert value_at(["position", Named("b")], message) == 2.0
     assert value_at(["parts", Named("x"), "size"], message) == 3
+    assert value_at([0, Named("imu"), "x"], [[{"child_frame_id": "imu", "x": 5}]]) == 5
     for path in (["position", 2], ["position", Named("c")], ["nothing"], ["name", "a"], [Named("name"), 5]):
         assert value_at(path, message) is None
 

@@ -42,6 +42,11 @@ test("a value is found by field, index and name", () => {
   assert.equal(valueAt(["status", { named: "motor" }, "level"], { status: [{ name: "motor", level: 2 }] }), 2);
 });
 
+test("a transform bears the name of its child", () => {
+  const message = { transforms: [{ child_frame_id: "pelvis", transform: { x: 1 } }, { child_frame_id: "imu_link", transform: { x: 2 } }] };
+  assert.equal(valueAt(parsePath("transforms[imu_link].transform.x"), message), 2);
+});
+
 test("an item by name follows its name", () => {
   const path = parsePath("position[hip]");
   assert.equal(valueAt(path, { name: ["knee", "hip"], position: [1, 2] }), 2);

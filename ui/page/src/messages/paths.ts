@@ -34,6 +34,8 @@ const WORD = /^[A-Za-z_][\w./-]*$/;
 const FIELD = /^[A-Za-z_]\w*$/;
 const MOST_LENGTH = 1000;
 const NAMES = ["name", "names", "joint_names"];
+/** Fields by which an item names itself: a transform is that of its child. */
+const OWN_NAMES = ["name", "child_frame_id"];
 
 /** Parses the path of a field; throws a PathError. */
 export function parsePath(text: string): Path {
@@ -127,8 +129,7 @@ export function namesOf(items: ArrayLike<unknown>, ancestors: readonly unknown[]
     }
   }
   if (!Array.isArray(items)) return undefined;
-  const own = items.map((item) => field(item, "name"));
-  return areTexts(own) ? own : undefined;
+  return OWN_NAMES.map((word) => items.map((item) => field(item, word))).find((own): own is string[] => areTexts(own));
 }
 
 function indexNamed(name: string, items: ArrayLike<unknown>, ancestors: readonly unknown[]): number {

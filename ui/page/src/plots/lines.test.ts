@@ -52,6 +52,18 @@ test("a line stands by the header's stamp", () => {
   assert.equal(timeline.stampOf(line.points.times[0]!), START + 5n);
 });
 
+test("a message without the named item leaves no gap", () => {
+  const { timeline, lines, send } = fixture();
+  const line = lines.open("tf.transforms[imu].x");
+  const transforms = (child_frame_id: string, x: number) => ({ transforms: [{ child_frame_id, x }] });
+  send("/tf", 1, transforms("pelvis", 7));
+  assert.equal(line.fault, "the last message has no value there");
+  send("/tf", 2, transforms("imu", 1));
+  send("/tf", 3, transforms("pelvis", 7));
+  send("/tf", 4, transforms("imu", 2));
+  assert.deepEqual([drawn(line, timeline), line.fault], [[[2, 1], [4, 2]], undefined]);
+});
+
 test("what has no number leaves a gap and a reason", () => {
   const { timeline, lines, send } = fixture();
   const line = lines.open("a.x");

@@ -60,10 +60,21 @@ export class Line {
     }
     const found = valueAt(this.address.path, reading.message);
     const value = numberOf(found);
-    this.#fault = value === undefined ? `the last message has ${found === undefined ? "no value" : "no number"} there` : undefined;
+    const fault = value === undefined ? `the last message has ${found === undefined ? "no value" : "no number"} there` : undefined;
+    if (found === undefined && this.#isOfItem) {
+      // A message without the named item says nothing of it, as those of other frames on /tf.
+      this.#fault = this.ring.length === 0 ? fault : undefined;
+      return false;
+    }
+    this.#fault = fault;
     if (this.#unit === undefined && received.shape !== undefined) this.#unit = unitAt(this.address.path, received.shape);
     if (value === undefined && this.ring.length === 0) return false;
     return this.ring.append(seconds.secondsOf(stampNs(reading.message, received.stampNs)), value ?? NaN);
+  }
+
+  /** Whether the field is that of an item with a name. */
+  get #isOfItem(): boolean {
+    return this.address.path.some((step) => typeof step === "object");
   }
 
   hold(): void {

@@ -48,7 +48,7 @@ export class ServerParameters {
     const parameter = { name: fullName, value, ...(type === undefined ? {} : { type }) };
     const [row] = await this.#request({ op: "setParameters", parameters: [parameter] }, true);
     const isSet = row === undefined || JSON.stringify(row.value) === JSON.stringify(value);
-    return isSet ? null : `The server keeps ${JSON.stringify(row.value) ?? "no value"}.`;
+    return isSet ? null : `The server keeps ${row.value === undefined ? "no value" : JSON.stringify(row.value)}.`;
   }
 
   ended(): void {
