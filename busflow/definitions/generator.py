@@ -7,13 +7,13 @@ import os
 import re
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
 from busflow.definitions.library import Library
 from busflow.definitions.python_module import Sources, module_text
-from busflow.errors import InvalidDefinition, Place, Problem, UnknownType
+from busflow.errors import InvalidDefinition, Place, Problem, Severity, UnknownType
 from busflow.interfaces.encoding.builtin_types import SOURCES as SHIPPED
 from busflow.interfaces.encoding.builtin_types import builtin_types
 from busflow.interfaces.encoding.description import TypeDescription, rihs01, types_in
@@ -35,8 +35,8 @@ class Generated:
     present: str | None
     count: int
     """The number of its types."""
-    left_out: tuple[str, ...]
-    """The types that no class can be, each with the reason."""
+    left_out: tuple[Problem, ...]
+    """The types that no class can be: a warning for each, with the field's place."""
 
     @property
     def is_current(self) -> bool:
@@ -98,12 +98,10 @@ def _generated(library: Library, package: str, together: frozenset[str], to: Pat
         idl = ", ".join(sorted(found.idl)[:3]) or "nothing"
         raise UnknownType(f"{package} has no .msg, .srv or .action file, but {idl}; busflow reads no .idl files")
     descriptions = {name: library.description(name) for name in found.files}
-    impossible = {name: why for name, each in descriptions.items() if (why := _impossible(each))}
-    left_out = tuple(f"{name}: {why}" for name, why in impossible.items())
+    impossible = {name: why for name, each in descriptions.items() if (why := _impossible(library, each))}
     definitions = [library.definition(name) for name in found.files if name not in impossible]
     if not definitions:
-        message = f"{package} has no type that can be a class: {'; '.join(left_out[:_NAMED])}"
-        raise InvalidDefinition([Problem("invalid-name", message)])
+        raise InvalidDefinition(list(impossible.values()))
 
     def home(name: str, place: Place | None) -> str:
         return _home(name.partition("/")[0], together, to, place)
@@ -115,20 +113,23 @@ def _generated(library: Library, package: str, together: frozenset[str], to: Pat
     text = module_text(package, definitions, home, sources)
     path = to / f"{package}.py"
     present = path.read_text("utf-8") if path.is_file() else None
+    left_out = tuple(replace(each, severity=Severity.WARNING) for each in impossible.values())
     return Generated(path, text, present, len(definitions), left_out)
 
 
-def _impossible(description: TypeDescription) -> str:
-    """Return why a type cannot be a class, or nothing where it can: a field of it, or of a type within it."""
+def _impossible(library: Library, description: TypeDescription) -> Problem | None:
+    """Return why a type cannot be a class, or None where it can: a field of it, or of a type within it."""
     from busflow.interfaces.message import Message
 
     for each in types_in(description).values():
         for name in (field["name"] for field in each["fields"]):
-            if keyword.iskeyword(name) or name == "self":
-                return f"{each['type_name']} has a field {name}, which is a word of Python"
-            if hasattr(Message, name):
-                return f"{each['type_name']} has a field {name}, which is a method of every message"
-    return ""
+            is_word = keyword.iskeyword(name) or name == "self"
+            if is_word or hasattr(Message, name):
+                why = "a word of Python" if is_word else "a method of every message"
+                whole, holder = description["type_description"]["type_name"], each["type_name"]
+                message = f"{whole} can be no class: {holder} has a field {name}, which is {why}"
+                return Problem("invalid-name", message, None, library.place(holder, name))
+    return None
 
 
 def _home(package: str, together: frozenset[str], to: Path, place: Place | None) -> str:

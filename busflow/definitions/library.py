@@ -117,6 +117,13 @@ class Library:
         fix = did_you_mean(guess or short, messages)
         raise _invalid("unknown-type", f"there is no message {quoted(short)}", fix, place)
 
+    def place(self, message: str, field: str) -> Place | None:
+        """Return the place of a field of a message; None where no file defines it."""
+        owner = self.owner(message)
+        parts = () if owner is None else self.definition(owner).parts
+        named = {each.field.name: each.place for part in parts if part.name == message for each in part.fields}
+        return named.get(field)
+
     def owner(self, name: str) -> str | None:
         """Return the type whose file defines a type or a part of one; None where no file does."""
         package = self.packages.get(name.partition("/")[0])

@@ -48,8 +48,8 @@ def generate(packages: tuple[str, ...], to: Path, checks: bool) -> int:
     for each in modules:
         each.path.write_text(each.text, "utf-8")
         click.echo(f"{printable(each.path)}: {counted(each.count, 'type')}{'' if each in stale else ', as before'}")
-        for line in each.left_out:
-            click.echo(f"  left out: {printable(line)}")
+        for problem in each.left_out:
+            click.echo(problem.render())
     return ExitCode.OK
 
 
