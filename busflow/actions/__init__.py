@@ -9,8 +9,8 @@ Steps of a goal:
 
 1. `SentGoal` registers for feedback, and its client calls `send_goal`. `ActionServer` asks the node whether it accepts
    the goal, then its `OpenGoals`, which apply what `when_busy` says: a goal is refused, waits, or begins.
-2. A goal that begins has a task of the node's, in which the handler runs as an `Activity`. So a service that the
-   handler calls, and that waits for this goal, is a `DeadlockError`.
+2. A goal that begins runs in a task of the node's, which goes on with the next goal. Its handler runs as an `Activity`.
+   So a service that the handler calls, and that waits for this goal, is a `DeadlockError`.
 3. `get_result` is called at once, and answered when the goal ends. `ResultServer` keeps what came of a goal for those
    that ask later; `RESULT_KEPT_S` and `RESULTS_KEPT` bound that.
 4. A cancel is `CancelledError` at the handler's next `await`. Every end of a goal goes through `ActionServer.finish`,

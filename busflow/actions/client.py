@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from busflow.actions.endpoints import LEFT, LOST, REJECTED, GoalClient
 from busflow.actions.feedback import DEPTH, FeedbackQueue
 from busflow.actions.goal import F, G, GoalState, Parts, R
-from busflow.actions.identifiers import Identifiers, to_message
-from busflow.bus.services.call import current_activity
+from busflow.actions.identifiers import Identifiers, from_message, key_of
+from busflow.bus.services.call import waited
 from busflow.bus.services.client import TIMEOUT_S, check_timeout
 from busflow.clock import NS_PER_S
 from busflow.errors import (
@@ -48,7 +47,6 @@ if TYPE_CHECKING:
     from busflow.clock import Clock
 
 A = TypeVar("A")
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +157,7 @@ class ActionClient(Generic[A]):
 
     def on_feedback(self, message: Any) -> None:
         """Pass feedback to the goal that it is for; that of other clients' goals is not wanted."""
-        sent = self.sent.get(message.goal_id.uuid.tobytes())
+        sent = self.sent.get(key_of(message.goal_id))
         if sent is not None:
             sent.push(message.feedback)
 
@@ -182,21 +180,24 @@ class SentGoal(Generic[A]):
     """
 
     def __init__(self, client: ActionClient[Any], goal: Message, *, timeout_s: float | None, depth: int) -> None:
-        self.id: UUID = client.identifiers.draw()
-        """The goal's identifier."""
-        self._id_message = to_message(self.id)
+        self._id_message = client.identifiers.draw()
         self._client, self._goal, self._timeout_s = client, goal, timeout_s
         self._feedback = FeedbackQueue(depth, client.clock)
         self._asked: Call[Any, Any] | None = None
         self._outcome: asyncio.Future[Any] | None = None
         self._limit: asyncio.TimerHandle | None = None
 
+    @property
+    def id(self) -> UUID:
+        """The goal's identifier."""
+        return from_message(self._id_message)
+
     async def __aenter__(self) -> Self:
         if self._outcome is not None:
             raise NotRunning(f"the goal {self.id} was sent already; send another one")
         client = self._client
         self._outcome = asyncio.get_running_loop().create_future()
-        client.sent[self.id.bytes] = self
+        client.sent[key_of(self._id_message)] = self
         client.ends.goals.running += 1
         try:
             await self._send()
@@ -204,11 +205,11 @@ class SentGoal(Generic[A]):
             self._close(REJECTED if isinstance(error, GoalRejected) else LOST if _is_lost(error) else LEFT)
             raise
         request: Any = client.types.get_result.Request
-        self._asked = call = client.ends.results.post(request(goal_id=self._id_message))
+        self._asked = call = client.ends.results.begin(request(goal_id=self._id_message))
         if call.reply.done():  # the goal has ended already: nothing is left to wait for
-            self._on_reply(call, call.reply)
+            self._take(call)
         else:
-            call.reply.add_done_callback(partial(self._on_reply, call))
+            call.reply.add_done_callback(lambda _: self._take(call))
         return self
 
     async def _send(self) -> None:
@@ -218,12 +219,12 @@ class SentGoal(Generic[A]):
             limit_s = min(TIMEOUT_S, self._timeout_s)
             deadline_ns = client.clock.monotonic_ns() + round(self._timeout_s * NS_PER_S)
             self._limit = client.clock.call_at(deadline_ns, self._expire)
-        if client.ends.goals.available and not client.available:  # in another process, whose services come one by one
+        if not client.available and client.ends.goals.available:  # in another process, whose services come one by one
             await client.ready(timeout=limit_s)
         request: Any = client.types.send_goal.Request
-        call = client.ends.goals.post(request(goal_id=self._id_message, goal=self._goal), timeout=limit_s)
+        call = client.ends.goals.begin(request(goal_id=self._id_message, goal=self._goal), timeout=limit_s)
         try:
-            response = await _waited(call, call.reply)
+            response = await client.ends.goals.answer(call)
         except BaseException as error:
             if isinstance(error, asyncio.CancelledError | ServiceTimeout):  # it may have been accepted meanwhile
                 self._post_cancel()
@@ -248,8 +249,10 @@ class SentGoal(Generic[A]):
             ActionError: it did not succeed, as `ActionClient.run` says.
             DeadlockError: the server waits, directly or through others, for the caller.
         """
-        await self._wait(self._future)
-        return cast("R", self._future.result())
+        future = self._future
+        if not future.done():
+            await self._wait(future)
+        return cast("R", future.result())
 
     async def cancel(self) -> bool:
         """Ask the server to cancel the goal, and return True if it will; `result` then raises `GoalCanceled`.
@@ -293,21 +296,21 @@ class SentGoal(Generic[A]):
         """Wait for the goal to go on; the running activity waits for it too."""
         if self._asked is not None and not self._future.done():
             self._client.ends.results.refuse_cycle(self._asked)
-            await _waited(self._asked, _done(future))
+            await waited(self._asked, _done(future))
 
     # How it ends.
 
-    def _on_reply(self, call: Call[Any, Any], reply: asyncio.Future[Any]) -> None:
+    def _take(self, call: Call[Any, Any]) -> None:
         """Take the answer to `get_result`."""
         waiting = self._client.ends.feedback
         waiting.turn(len(waiting.items))  # what was published before the result, and is on its way
-        if reply.cancelled():
+        self._client.ends.results.end(call)
+        response: Any = call.outcome
+        if isinstance(response, asyncio.CancelledError):  # the block was left
             return
-        error = reply.exception()
-        if error is not None:
-            self._settle(LOST, self._translated(error) if isinstance(error, ServiceError) else error)
+        if isinstance(response, BaseException):
+            self._settle(LOST, self._translated(response) if isinstance(response, ServiceError) else response)
             return
-        response: Any = reply.result()
         state, why = GoalState(response.status), call.remark
         self._feedback.expect(call.feedback_count)
         if state is GoalState.SUCCEEDED:
@@ -342,7 +345,7 @@ class SentGoal(Generic[A]):
 
     def _close(self, end: str) -> None:
         """Forget the goal; if it has no outcome yet, it ends in this way."""
-        self._client.sent.pop(self.id.bytes, None)
+        self._client.sent.pop(key_of(self._id_message), None)
         if self._limit is not None:
             self._limit.cancel()
         if not self._future.done():
@@ -355,7 +358,9 @@ class SentGoal(Generic[A]):
         """Ask the server to cancel the goal, without waiting: also a task that is cancelled itself can do so."""
         with suppress(NotRunning):
             info = GoalInfo(goal_id=self._id_message)
-            self._client.ends.cancels.post(CancelGoal.Request(goal_info=info))
+            cancels = self._client.ends.cancels
+            call = cancels.begin(CancelGoal.Request(goal_info=info))
+            call.reply.add_done_callback(lambda _: cancels.end(call))
 
     def _translated(self, error: BusflowError) -> BusflowError:
         """Return an error of a service as one of the action."""
@@ -371,18 +376,6 @@ class SentGoal(Generic[A]):
     def __repr__(self) -> str:
         state = "not sent" if self._outcome is None else "ended" if self._outcome.done() else "sent"
         return f"<SentGoal {self.id} of {self._client.action}: {state}>"
-
-
-async def _waited(call: Call[Any, Any], future: Awaitable[T]) -> T:
-    """Wait for what a call leads to; the running activity then waits for that call."""
-    behalf = current_activity()
-    if behalf is None:
-        return await future
-    behalf.calls.append(call)
-    try:
-        return await future
-    finally:
-        behalf.calls.remove(call)
 
 
 async def _done(future: asyncio.Future[Any]) -> None:

@@ -8,7 +8,7 @@ from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from busflow.actions.client import ActionClient, ClientEnds
-from busflow.actions.endpoints import GoalClient, GoalServer, ResultServer
+from busflow.actions.endpoints import GoalClient, GoalServer, ResultServer, StatusPublisher
 from busflow.actions.goal import F, G, Parts, R, RunningGoal
 from busflow.actions.identifiers import Identifiers
 from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS
@@ -98,7 +98,7 @@ class ActionDeclaration(ComposedDeclaration[ActionServer[A]], Generic[A]):
             life=runtime.life,
             clock=runtime.surroundings.clock,
         )
-        origin, line = self.origin, self.written
+        origin, line, layers = self.origin, self.written, runtime.surroundings.publisher_qos
 
         def end(service_type: type[ServiceType], suffix: str) -> ServiceEndpoint:
             return _end(self, runtime, service_type, suffix)
@@ -110,11 +110,13 @@ class ActionDeclaration(ComposedDeclaration[ActionServer[A]], Generic[A]):
             ),
             results=ResultServer(types.get_result, end(types.get_result, GET_RESULT), server, server.line),
             feedback=runtime.create_publisher(types.feedback, name + FEEDBACK, _FEEDBACK_QOS, origin=origin, line=line),
-            status=runtime.create_publisher(
-                GoalStatusArray, name + STATUS, ACTION_STATUS_DEFAULT, origin=origin, line=line
+            status=StatusPublisher(
+                runtime.endpoint(GoalStatusArray, name + STATUS, ACTION_STATUS_DEFAULT, layers, origin, line),
+                server.statuses,
             ),
         )
         server.ends.goals.forget = server.cancel_all_of
+        runtime.endpoints.add(server.ends.status)
         runtime.endpoints.add(server.ends.results)
         runtime.endpoints.add(server.ends.goals)
         return server

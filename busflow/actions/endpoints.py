@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 from busflow.actions.goal import GoalState
 from busflow.actions.identifiers import key_of
 from busflow.actions.statistics import GoalClientStatistics, GoalServerStatistics
+from busflow.bus.publisher import Publisher
 from busflow.bus.services.client import Client
 from busflow.bus.services.server import Server
 from busflow.errors import ServiceGone
+from busflow.msgs.action_msgs import GoalStatusArray
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
     from busflow.actions.goal import RunningGoal
     from busflow.actions.open_goals import OpenGoals
-    from busflow.bus.endpoint import ServiceEndpoint
+    from busflow.bus.endpoint import Endpoint, ServiceEndpoint
     from busflow.bus.services.call import Activity, Call
     from busflow.bus.services.server import RequestHandler
     from busflow.bus.statistics import ServerStatistics
@@ -165,6 +167,43 @@ class ResultServer(Server[Any, Any]):
         """Return the server's current counts."""
         waiting = sum(len(goal.asked) for goal in self._goals.active)
         return replace(super().statistics(), waiting=waiting)
+
+
+class StatusPublisher(Publisher[GoalStatusArray]):
+    """The publisher of `status`: while nothing receives it, a message is made only for a late joiner."""
+
+    __slots__ = ("_has_changed", "_statuses", "_watched")
+
+    def __init__(self, endpoint: Endpoint, statuses: Callable[[], GoalStatusArray]) -> None:
+        """Create the publisher of the states that `statuses` returns."""
+        super().__init__(GoalStatusArray, endpoint)
+        qos = endpoint.qos
+        self._statuses = statuses
+        self._watched = any(each is not None for each in (qos.deadline_s, qos.lease_s, qos.lifespan_s))
+        self._has_changed = False
+        """True if a change was published without a message."""
+
+    def change(self) -> None:
+        """Publish the states as they are now."""
+        topic = self._topic
+        if topic is None or topic.pushes or self._outlet or self._watched or self.on_first is not None:
+            self._has_changed = False
+            self.publish(self._statuses())
+        else:
+            self._has_changed = True
+            self.published += 1
+
+    def keep(self) -> None:
+        """Make the message of the last change, if there is none."""
+        if self._has_changed and self._history is not None:
+            self._has_changed = False
+            self._history.append((self.published, self._statuses()))
+
+    @property
+    def history(self) -> tuple[tuple[int, Any], ...]:
+        """The last states, for late joiners."""
+        self.keep()
+        return super().history
 
 
 def _answered_otherwise(_request: Message) -> Message:

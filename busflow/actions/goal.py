@@ -6,7 +6,7 @@ import asyncio
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
-from busflow.actions.identifiers import key_of
+from busflow.actions.identifiers import from_message, key_of
 from busflow.bus.services.call import Activity, Call
 from busflow.interfaces.message import Message
 from busflow.msgs.action_msgs import GoalInfo, GoalStatus
@@ -55,6 +55,11 @@ class GoalState(IntEnum):
 class FeedbackTaker(Protocol):
     """The server of a goal, as the goal uses it."""
 
+    @property
+    def action(self) -> str:
+        """The action's final name."""
+        ...
+
     def publish_feedback(self, goal: RunningGoal[Any], feedback: Message) -> None:
         """Publish feedback on a goal."""
         ...
@@ -68,13 +73,11 @@ class RunningGoal(Generic[A_co]):
 
     __slots__ = (
         "_goal", "_server", "_status", "activity", "asked", "client", "client_gone", "ending", "feedback_count",
-        "handling", "id", "info", "key", "reason", "response", "state", "task",
+        "handling", "info", "key", "reason", "response", "state", "task",
     )  # fmt: skip
 
-    def __init__(self, server: FeedbackTaker, goal_id: UUID, goal: Message, *, client: str, info: GoalInfo) -> None:
+    def __init__(self, server: FeedbackTaker, goal: Message, *, client: str, info: GoalInfo) -> None:
         """Create a goal that was just accepted."""
-        self.id: UUID = goal_id
-        """The goal's identifier, which its client has chosen."""
         self.client: str = client
         """The full name of the client's node, or `another process`."""
         self.client_gone: bool = False
@@ -95,7 +98,7 @@ class RunningGoal(Generic[A_co]):
         """The call of its handler, once that has begun."""
         self.feedback_count: int = 0
         """How many feedback messages were published on it."""
-        self.activity: Activity = Activity(f"the goal {goal_id}")
+        self.activity: Activity = Activity(f"a goal of {server.action}")
         """The activity of its handler, for which others may wait."""
         self.asked: list[Call[Any, Any]] = []
         """The calls that wait for its result."""
@@ -104,6 +107,11 @@ class RunningGoal(Generic[A_co]):
         self._goal = goal
         self._server = server
         self._status: GoalStatus | None = None
+
+    @property
+    def id(self) -> UUID:
+        """The goal's identifier, which its client has chosen."""
+        return from_message(self.info.goal_id)
 
     @property
     def request(self: RunningGoal[Parts[G, Any, Any]]) -> G:

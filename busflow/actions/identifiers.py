@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import uuid
 from typing import TYPE_CHECKING, Any
 
@@ -26,18 +27,17 @@ class Identifiers:
         )
         self._drawn = 0
 
-    def draw(self) -> uuid.UUID:
-        """Return the identifier of one more goal."""
+    def draw(self) -> unique_identifier_msgs.UUID:
+        """Return the identifier of one more goal as ROS 2's message: by its bits a random UUID."""
         self._drawn += 1
         if self._prefix is None:
-            return uuid.uuid4()
-        digest = hashlib.blake2b(f"{self._prefix} {self._drawn}".encode(), digest_size=16).digest()
-        return uuid.UUID(bytes=digest, version=4)
-
-
-def to_message(goal_id: uuid.UUID) -> unique_identifier_msgs.UUID:
-    """Return an identifier as ROS 2's message."""
-    return unique_identifier_msgs.UUID(uuid=np.frombuffer(goal_id.bytes, np.uint8))
+            drawn = os.urandom(16)
+        else:
+            drawn = hashlib.blake2b(f"{self._prefix} {self._drawn}".encode(), digest_size=16).digest()
+        octets = bytearray(drawn)  # `uuid.UUID(bytes=drawn, version=4).bytes` takes four times as long
+        octets[6] = octets[6] & 0x0F | 0x40
+        octets[8] = octets[8] & 0x3F | 0x80
+        return unique_identifier_msgs.UUID(uuid=np.frombuffer(bytes(octets), np.uint8))
 
 
 def key_of(message: Any) -> bytes:

@@ -55,8 +55,7 @@ class OpenGoals:
 
     def next(self) -> RunningGoal[Any] | None:
         """Let the first goal that waits run, and return it; None if none waits, or there is no room."""
-        room = self._at_most if self.when_busy is WhenBusy.PARALLEL else 1
-        if not self.waiting or len(self.running) >= room:
+        if not self.waiting or len(self.running) >= (self._at_most if self.when_busy is WhenBusy.PARALLEL else 1):
             return None
         goal = self.waiting.popleft()
         self.running.append(goal)

@@ -25,23 +25,23 @@ class Results:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._ended: dict[bytes, tuple[int, RunningGoal[Any]]] = {}
-        self._statuses: dict[bytes, GoalStatus] = {}
 
     def keep(self, goal: RunningGoal[Any]) -> None:
         """Keep a goal that has just ended."""
         self._ended[goal.key] = self._clock.monotonic_ns(), goal
-        self._statuses[goal.key] = goal.status
         self._forget()
 
     def goal(self, key: bytes) -> RunningGoal[Any] | None:
         """Return a goal that ended lately, by `key_of` its identifier."""
+        if key not in self._ended:
+            return None
         self._forget()
         return self._ended[key][1] if key in self._ended else None
 
     @property
     def statuses(self) -> Collection[GoalStatus]:
         """The states of the goals that ended lately, the oldest first."""
-        return self._statuses.values()
+        return [goal.status for _, goal in self._ended.values()]
 
     def _forget(self) -> None:
         """Drop what is too old or too much; entries stand in the order of their times."""
@@ -51,4 +51,4 @@ class Results:
             first = next(iter(kept))
             if len(kept) <= RESULTS_KEPT and kept[first][0] > oldest_ns:
                 return
-            del kept[first], self._statuses[first]
+            del kept[first]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from busflow.actions.endpoints import REJECTED, GoalServer, ResultServer
+from busflow.actions.endpoints import REJECTED, GoalServer, ResultServer, StatusPublisher
 from busflow.actions.goal import GoalState, RunningGoal
 from busflow.actions.identifiers import from_message, key_of
 from busflow.actions.open_goals import OpenGoals, WhenBusy
@@ -58,7 +58,7 @@ class ServerEnds:
     cancels: Server[Any, Any]
     results: ResultServer
     feedback: Publisher[Any]
-    status: Publisher[GoalStatusArray]
+    status: StatusPublisher
 
 
 class ActionServer(Generic[A]):
@@ -83,6 +83,8 @@ class ActionServer(Generic[A]):
         self._handler, self._accepts = handler, accepts
         self._life, self._log, self._clock = life, life.log, clock
         self._active: dict[bytes, RunningGoal[Any]] = {}
+        self._idle: list[asyncio.Future[RunningGoal[Any]]] = []
+        """The next goals of tasks that have none, one future for each."""
         self._results = Results(clock)
 
     @property
@@ -114,7 +116,7 @@ class ActionServer(Generic[A]):
 
     def on_goal(self, request: Any) -> Message:
         """Answer a request of `send_goal`: accept the goal, or reject it and say why."""
-        goal_id, stamp = from_message(request.goal_id), self._clock.now().to_msg()
+        stamp = self._clock.now().to_msg()
         response: Any = self._types.send_goal.Response
         refusal = self._refusal(request)
         if refusal is not None:
@@ -123,15 +125,15 @@ class ActionServer(Generic[A]):
             self._log.info(f"a goal of {self.action} is rejected: {refusal}")
             return response(accepted=False, stamp=stamp)
         info = GoalInfo(goal_id=request.goal_id, stamp=stamp)
-        goal: RunningGoal[Any] = RunningGoal(self, goal_id, request.goal, client=self.ends.goals.caller, info=info)
+        goal: RunningGoal[Any] = RunningGoal(self, request.goal, client=self.ends.goals.caller, info=info)
         replaced = self.line.replaced()
         self._active[goal.key] = goal
         self.line.waiting.append(goal)
         for each in replaced:
-            self._ask_to_end(each, GoalState.ABORTED, f"superseded by the goal {goal_id}")
+            self._ask_to_end(each, GoalState.ABORTED, f"superseded by the goal {goal.id}")
         self._begin_next()
         if goal.state is GoalState.ACCEPTED:
-            self._publish_status()
+            self.ends.status.change()
         return response(accepted=True, stamp=stamp)
 
     def _refusal(self, request: Any) -> str | None:
@@ -153,13 +155,24 @@ class ActionServer(Generic[A]):
         """Run the goals that wait, as far as there is room."""
         while (goal := self.line.next()) is not None:
             goal.state = GoalState.EXECUTING
-            self._publish_status()
-            self._life.spawn(self._run(goal), f"{self.action} {goal.id}")
+            self.ends.status.change()
+            if self._idle:
+                self._idle.pop().set_result(goal)
+            else:
+                self._life.spawn(self._run_goals(goal), self.action)
 
     # Goals that run.
 
+    async def _run_goals(self, goal: RunningGoal[Any]) -> None:
+        """Run a goal and then others, since a new task would cost more than the rest of a goal; a cancel ends it."""
+        await self._run(goal)
+        while goal.ending is None:
+            self._idle.append(following := asyncio.get_running_loop().create_future())
+            goal = await following
+            await self._run(goal)
+
     async def _run(self, goal: RunningGoal[Any]) -> None:
-        """Call the handler for a goal, in a task of its own."""
+        """Call the handler for a goal."""
         if goal.ending is not None:  # a task that is cancelled before its first step would never take it
             self.finish(goal, goal.ending, goal.reason)
             return
@@ -227,7 +240,7 @@ class ActionServer(Generic[A]):
         response: Any = self._types.get_result.Response
         goal.response = response(status=int(state), result=self._type.Result() if result is None else result)
         self._results.keep(goal)
-        self._publish_status()
+        self.ends.status.change()
         self.ends.results.answer(goal)
         self._begin_next()
 
@@ -241,7 +254,7 @@ class ActionServer(Generic[A]):
             return
         if state is GoalState.CANCELED:
             goal.state = GoalState.CANCELING
-            self._publish_status()
+            self.ends.status.change()
         if goal.task is not None:
             goal.task.cancel()
         within_ns = round(self._options.cancel_within_s * NS_PER_S)
@@ -294,11 +307,12 @@ class ActionServer(Generic[A]):
         """End every goal, because the node ends; the tasks of their handlers are cancelled with the node's."""
         for goal in (*self.line.waiting, *self.line.running):  # in this order none that waits begins
             self.finish(goal, GoalState.ABORTED, f"{self._life.name} has ended")
+        self.ends.status.keep()  # for the node's next start, whose server knows none of these goals
 
-    def _publish_status(self) -> None:
-        """Publish the states of all goals, those that ended lately among them."""
+    def statuses(self) -> GoalStatusArray:
+        """Return the states of all goals, those that ended lately among them."""
         active = [each.status for each in self._active.values()]
-        self.ends.status.publish(GoalStatusArray(status_list=(*self._results.statuses, *active)))
+        return GoalStatusArray(status_list=(*self._results.statuses, *active))
 
 
 def _is_meant(goal: RunningGoal[Any], goal_id: UUID, until: Time) -> bool:

@@ -85,7 +85,7 @@ class Publisher(Generic[M]):
             node=self.endpoint.node,
             topic=self.topic,
             published=self.published,
-            kept=len(self._history or ()),
+            kept=len(self.history),
             subscriptions=self.subscription_count,
             alive=self.alive,
             deadlines_missed=self.deadlines_missed,

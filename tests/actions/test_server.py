@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+import busflow
 from busflow import (
     ActionGone,
     GoalAborted,
@@ -19,8 +20,9 @@ from busflow import (
     supervised,
 )
 from busflow.actions.results import RESULT_KEPT_S, RESULTS_KEPT
+from busflow.bus.qos import ACTION_STATUS_DEFAULT
 from busflow.errors import IncompatibleType, NotRunning
-from busflow.msgs.action_msgs import CancelGoal, GoalInfo
+from busflow.msgs.action_msgs import CancelGoal, GoalInfo, GoalStatusArray
 from busflow.msgs.unique_identifier_msgs import UUID
 from busflow.testing import harness, virtual_time
 from tests.actions.conftest import Arm, Boss, MoveTo, balanced
@@ -66,6 +68,57 @@ async def test_goal_that_returns_has_succeeded():
         assert await outcome(lab.node(Boss).move, 3) == 3
         assert (lab.clock.seconds(), states(lab)) == (3, [[GoalState.EXECUTING], [GoalState.SUCCEEDED]])
         assert balanced(lab)
+
+
+async def last_states(graph):
+    """The states that a late joiner gets at once."""
+    topic = graph.subscribe(GoalStatusArray, "/arm/move/_action/status", qos=ACTION_STATUS_DEFAULT)
+    async with asyncio.timeout(9):
+        return [GoalState(each.status) for each in (await anext(topic)).status_list]
+
+
+@virtual_time
+async def test_unheard_states_are_kept_for_late_joiners():
+    async def fail():
+        raise ValueError("broken")
+
+    async with busflow.launch(supervised(Arm, restart="on-failure"), Boss) as graph:
+        boss = graph.node(Boss)
+        await boss.move.run(MoveTo.Goal())
+        status = graph.node(Arm).move.ends.status
+        assert (status.statistics().published, status.statistics().kept) == (2, 1)
+        assert await outcome(boss.move, -1) == "GoalAborted"
+        async with boss.move.send(MoveTo.Goal(angle=9)) as going:
+            graph.node(Arm).spawn(fail())
+            with pytest.raises(ActionGone):
+                await going.result()
+        await boss.move.ready()
+        assert await last_states(graph) == [GoalState.SUCCEEDED, GoalState.ABORTED, GoalState.ABORTED]
+
+
+@virtual_time
+async def test_goals_in_a_row_run_in_one_task():
+    tasks = []
+
+    class Quick(Arm):
+        @action(MoveTo, "~/move", when_busy="queue")
+        async def move(self, goal: RunningGoal[MoveTo]) -> MoveTo.Result:
+            tasks.append(asyncio.current_task())
+            await asyncio.sleep(0)
+            if goal.request.angle == 2:
+                await asyncio.Event().wait()
+            return MoveTo.Result()
+
+    async with harness(Quick(name="arm"), Boss) as lab:
+        move = lab.node(Boss).move
+        await move.run(MoveTo.Goal())
+        await move.run(MoveTo.Goal(angle=1))
+        async with move.send(MoveTo.Goal(angle=2)) as going:
+            await going.cancel()
+        await move.run(MoveTo.Goal(angle=3))
+        first, second, canceled, last = tasks
+        assert first is second is canceled
+        assert last is not canceled, "a task that was cancelled runs no further goal"
 
 
 @virtual_time

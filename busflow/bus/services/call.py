@@ -9,7 +9,7 @@ activity that makes a new call to this service, the new call could never be answ
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Generator
+from collections.abc import Awaitable, Callable, Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, Generic, Protocol, TypeVar
@@ -20,6 +20,7 @@ from busflow.interfaces.message import Message
 
 Req = TypeVar("Req", bound=Message)
 Res = TypeVar("Res", bound=Message)
+T = TypeVar("T")
 Req_co = TypeVar("Req_co", bound=Message, covariant=True)
 Res_co = TypeVar("Res_co", bound=Message, covariant=True)
 
@@ -150,9 +151,19 @@ class Call(Generic[Req, Res]):
         """The answer or the exception; None while the call is open."""
         if not self.reply.done():
             return None
-        if self.reply.cancelled():
-            return asyncio.CancelledError()
-        return self.reply.exception() or self.reply.result()
+        return asyncio.CancelledError() if self.reply.cancelled() else self.reply.exception() or self.reply.result()
+
+
+async def waited(call: Call[Any, Any], future: Awaitable[T]) -> T:
+    """Wait for what a call leads to; the running activity then waits for that call."""
+    behalf = current_activity()
+    if behalf is None:
+        return await future
+    behalf.calls.append(call)
+    try:
+        return await future
+    finally:
+        behalf.calls.remove(call)
 
 
 def refuse_cycle(call: Call[Any, Any], answerer: Callable[[str], Answerer | None], waiting: Activity) -> None:

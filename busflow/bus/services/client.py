@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from functools import partial
 from typing import TYPE_CHECKING, Generic, cast
 
-from busflow.bus.services.call import Call, Req, Res
+from busflow.bus.services.call import Call, Req, Res, waited
 from busflow.bus.services.service import Service
 from busflow.bus.statistics import ClientStatistics
 from busflow.errors import BusflowError, IncompatibleType, NotRunning
@@ -23,7 +22,7 @@ TIMEOUT_S = 5.0
 class Client(Generic[Req, Res]):
     """The calling end of a service."""
 
-    __slots__ = ("_service", "answered", "called", "cancelled", "endpoint", "errors", "type")
+    __slots__ = ("_open", "_service", "answered", "called", "cancelled", "endpoint", "errors", "type")
 
     def __init__(self, service_type: type[ServiceType], endpoint: ServiceEndpoint) -> None:
         """Create a client that `Bus.attach_client` connects later."""
@@ -33,7 +32,8 @@ class Client(Generic[Req, Res]):
         self.answered: int = 0
         self.cancelled: int = 0
         self.errors: Counter[str] = Counter()
-        self._service: Service[Req, Res] | None = None
+        self._service: Service[Req, Res]  # from `attach` on, also after `close`, for the calls that are still open
+        self._open = False
 
     @property
     def service(self) -> str:
@@ -43,7 +43,7 @@ class Client(Generic[Req, Res]):
     @property
     def available(self) -> bool:
         """Whether the service has a server now."""
-        return self._service is not None and self._service.server is not None
+        return self._open and self._service.server is not None
 
     async def call(self, request: Req | None = None, *, timeout: float | None = TIMEOUT_S) -> Res:  # noqa: ASYNC109  # by the run's clock, and distinct from the caller's own
         """Send a request, and wait for the answer.
@@ -63,49 +63,45 @@ class Client(Generic[Req, Res]):
             DeadlockError: the server waits, directly or through others, for the caller.
             IncompatibleType: the request is of another type.
         """
-        service = self._attached()
-        asked = self._checked(request)
         check_timeout(timeout)
-        self.called += 1
-        try:
-            response = await service.call(asked, caller=self.endpoint.node, timeout_s=timeout)
-        except BusflowError as error:
-            self.errors[type(error).__name__] += 1
-            raise
-        except BaseException:
-            self.cancelled += 1
-            raise
-        self.answered += 1
-        return response
+        return await self.answer(self.begin(request, timeout=timeout))
 
-    def post(self, request: Req, *, timeout: float | None = None) -> Call[Req, Res]:
-        """Send a request without waiting, and return its call: `reply` is the future answer.
+    # The steps of a call, for what waits otherwise.
 
-        To cancel the reply withdraws the request. What `call` raises when it is awaited is the reply's exception.
+    def begin(self, request: Req | None = None, *, timeout: float | None = None) -> Call[Req, Res]:
+        """Send a request without waiting, and return its call, which `answer` or `end` must follow.
+
+        What `call` raises is the exception of its reply.
         """
         service = self._attached()
         call = service.begin(self._checked(request), caller=self.endpoint.node, timeout_s=timeout)
         self.called += 1
-        call.reply.add_done_callback(partial(self._ended, service, call))
         return call
 
-    def refuse_cycle(self, call: Call[Req, Res]) -> None:
-        """Refuse to wait for a posted call that waits for the running code.
+    async def answer(self, call: Call[Req, Res]) -> Res:
+        """Wait for the answer to a call, and end the call."""
+        try:
+            return await waited(call, call.reply)
+        finally:
+            self.end(call)
 
-        Raises:
-            DeadlockError: naming the chain.
-        """
-        self._attached().refuse_cycle(call)
-
-    def _ended(self, service: Service[Req, Res], call: Call[Req, Res], _reply: object) -> None:
-        service.end(call)
-        outcome = call.outcome
+    def end(self, call: Call[Req, Res]) -> None:
+        """End a call, and count how; one without an answer is withdrawn."""
+        outcome = self._service.end(call)
         if isinstance(outcome, BusflowError):
             self.errors[type(outcome).__name__] += 1
         elif isinstance(outcome, BaseException):
             self.cancelled += 1
         else:
             self.answered += 1
+
+    def refuse_cycle(self, call: Call[Req, Res]) -> None:
+        """Refuse to wait for a call that waits for the running code.
+
+        Raises:
+            DeadlockError: naming the chain.
+        """
+        self._attached().refuse_cycle(call)
 
     def _checked(self, request: Req | None) -> Req:
         asked = cast("Req", self.type.Request()) if request is None else request
@@ -144,17 +140,17 @@ class Client(Generic[Req, Res]):
 
     def attach(self, service: Service[Req, Res]) -> None:
         """Connect to a service; called by the bus."""
-        self._service = service
+        self._service, self._open = service, True
         service.clients.append(self)
 
     def close(self) -> None:
         """Leave the service."""
-        if self._service is not None:
-            service, self._service = self._service, None
-            service.forget_client(self)
+        if self._open:
+            self._open = False
+            self._service.forget_client(self)
 
     def _attached(self) -> Service[Req, Res]:
-        if self._service is None:
+        if not self._open:
             raise NotRunning(f"the client of {self.service} in {self.endpoint.node} is not part of a running graph")
         return self._service
 

@@ -173,7 +173,8 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
         self._serving = call
         try:
             response = self._function(call.request)
-            refuse_coroutine(response, self._origin)
+            if type(response) is not self.type.Response:
+                refuse_coroutine(response, self._origin)
         except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its caller gets it
             self._failed(error, call)
         else:

@@ -9,11 +9,11 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from busflow.bus.delivery import DeliverySource
 from busflow.bus.expiry import NS_PER_S
-from busflow.bus.services.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle
+from busflow.bus.services.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle, waited
 from busflow.bus.statistics import ClientStatistics, ServerStatistics, ServiceStatistics
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
 from busflow.interfaces.message import ServiceType
@@ -79,14 +79,9 @@ class Service(DeliverySource, Generic[Req, Res]):
             DeadlockError: the server waits for the caller.
         """
         call = self.begin(request, caller=caller, timeout_s=timeout_s)
-        behalf = current_activity()
-        if behalf is not None:
-            behalf.calls.append(call)
         try:
-            return await call.reply
+            return await waited(call, call.reply)
         finally:
-            if behalf is not None:
-                behalf.calls.remove(call)
             self.end(call)
 
     def begin(self, request: Req, *, caller: str, timeout_s: float | None = None) -> Call[Req, Res]:
@@ -121,16 +116,17 @@ class Service(DeliverySource, Generic[Req, Res]):
         if behalf is not None:
             refuse_cycle(call, self._answerer, behalf)
 
-    def end(self, call: Call[Req, Res]) -> None:
-        """Clean up a call that was answered, has failed or timed out, or has lost its caller."""
+    def end(self, call: Call[Req, Res]) -> Res | BaseException:
+        """Clean up a call that was answered, has failed, or has lost its caller, and return its outcome."""
         if call.expiry is not None:
             call.expiry.cancel()
         call.reply.cancel()
-        # Reading the outcome also marks an exception as retrieved for asyncio.
-        if isinstance(call.outcome, BaseException) and self.server is not None:
+        outcome = call.outcome  # which also marks an exception as retrieved for asyncio
+        if isinstance(outcome, BaseException) and self.server is not None:
             self.server.withdraw(call)
         for tap in self.taps:
             tap(call)
+        return cast("Res | BaseException", outcome)
 
     def _limit(self, call: Call[Req, Res], timeout_s: float | None) -> None:
         if timeout_s is None:

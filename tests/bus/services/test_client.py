@@ -189,14 +189,15 @@ async def test_closed_client_calls_nothing():
 
 
 @virtual_time
-async def test_posted_calls_are_counted_by_their_ends():
+async def test_begun_calls_are_counted_by_their_ends():
     async with harness(Adder) as lab:
         ask = lab.node(Adder).create_client(Add, "adder/add")
         missing = lab.node(Adder).create_client(Trigger, "missing")
-        answered, withdrawn = ask.post(Add.Request(number=1)), ask.post(Add.Request(number=2))
-        withdrawn.reply.cancel()
-        failed = missing.post(Trigger.Request())
-        await lab.settle()
+        answered, withdrawn = ask.begin(Add.Request(number=1)), ask.begin(Add.Request(number=2))
+        ask.end(withdrawn)
+        failed = missing.begin(Trigger.Request())
+        missing.end(failed)
+        assert await ask.answer(answered) == answered.outcome
         assert isinstance(answered.outcome, Add.Response)
         assert isinstance(failed.outcome, ServiceUnavailable)
         mine, other = ask.statistics(), missing.statistics()
@@ -205,18 +206,18 @@ async def test_posted_calls_are_counted_by_their_ends():
 
 
 @virtual_time
-async def test_posted_call_that_closes_a_circle_is_refused():
+async def test_begun_call_that_closes_a_circle_is_refused():
     class Circular(Node):
         again = client(Trigger, "~/step")
-        posted = None
+        begun = None
 
         @service(Trigger, "~/step")
         async def step(self, _request: Trigger.Request) -> Trigger.Response:
-            self.posted = self.again.post(Trigger.Request(), timeout=1)
+            self.begun = self.again.begin(Trigger.Request(), timeout=1)
             with pytest.raises(DeadlockError, match="/circular/step waits for /circular/step"):
-                self.again.refuse_cycle(self.posted)
+                self.again.refuse_cycle(self.begun)
             return Trigger.Response()
 
     async with harness(Circular) as lab:
         await lab.call(Trigger, "circular/step")
-        assert isinstance(lab.node(Circular).posted.outcome, DeadlockError)
+        assert isinstance(lab.node(Circular).begun.outcome, DeadlockError)
