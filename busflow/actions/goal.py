@@ -91,7 +91,7 @@ class RunningGoal(Generic[A_co]):
         self.ending: GoalState | None = None
         """The state in which it will end, once that was asked for: CANCELED, or ABORTED where one replaces it."""
         self.reason: str = ""
-        """Why it ended, in words, unless it succeeded."""
+        """Why it ended, in words; empty where its state says all."""
         self.task: asyncio.Task[Any] | None = None
         """The task of its handler, once that has begun."""
         self.handling: Coroutine[Any, Any, Any] | None = None

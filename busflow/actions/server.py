@@ -301,7 +301,7 @@ class ActionServer(Generic[A]):
             self._cancel(goal)
 
     def _cancel(self, goal: RunningGoal[Any]) -> None:
-        self._ask_to_end(goal, GoalState.CANCELED, "its client has gone" if goal.client_gone else "canceled")
+        self._ask_to_end(goal, GoalState.CANCELED, "its client has gone" if goal.client_gone else "")
 
     def close(self) -> None:
         """End every goal, because the node ends; the tasks of their handlers are cancelled with the node's."""

@@ -94,9 +94,8 @@ def _generated(library: Library, package: str, together: frozenset[str], to: Pat
             f"no package {quoted(package)} of definition files; {did_you_mean(package, library.packages)}"
         )
     found = library.packages[package]
-    if not found.files:
-        idl = ", ".join(sorted(found.idl)[:3]) or "nothing"
-        raise UnknownType(f"{package} has no .msg, .srv or .action file, but {idl}; busflow reads no .idl files")
+    if found.unreadable:
+        raise UnknownType(found.unreadable)
     descriptions = {name: library.description(name) for name in found.files}
     impossible = {name: why for name, each in descriptions.items() if (why := _impossible(library, each))}
     definitions = [library.definition(name) for name in found.files if name not in impossible]

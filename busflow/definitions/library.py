@@ -117,6 +117,17 @@ class Library:
         fix = did_you_mean(guess or short, messages)
         raise _invalid("unknown-type", f"there is no message {quoted(short)}", fix, place)
 
+    def unreadable(self, name: str) -> str:
+        """Return why a type or package that is there in .idl files alone cannot be used, in words; else nothing."""
+        package, _, short = name.partition("/")
+        found = self.packages.get(package)
+        if found is None or not short:
+            return "" if found is None else found.unreadable
+        if not any(each.endswith(f"/{short.rpartition('/')[2]}") for each in found.idl):
+            return ""
+        fix = "write it as a .msg, .srv or .action file"
+        return f"{name} is defined in an .idl file alone, which busflow does not read; {fix}"
+
     def place(self, message: str, field: str) -> Place | None:
         """Return the place of a field of a message; None where no file defines it."""
         owner = self.owner(message)
@@ -139,10 +150,8 @@ class Library:
         return self.packages[name.partition("/")[0]].files[name]
 
     def _unknown(self, name: str) -> UnknownType:
-        package = self.packages.get(name.partition("/")[0])
-        if package is not None and name in package.idl:
-            fix = "write it as a .msg, .srv or .action file"
-            return UnknownType(f"{name} is defined in an .idl file alone, which busflow does not read; {fix}")
+        if unreadable := self.unreadable(name):
+            return UnknownType(unreadable)
         return UnknownType(f"no type {quoted(name)}; {did_you_mean(name, [*self.names, *builtin_types().names])}")
 
 

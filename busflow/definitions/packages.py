@@ -50,6 +50,16 @@ class Package:
         names = (f"{self.name}/{kind}/{path.stem}" for kind in Kind for path in self._of_kind(kind, ".idl"))
         return frozenset(names) - self.files.keys()
 
+    @property
+    def unreadable(self) -> str:
+        """Why it has no types, in words; empty if it has some."""
+        only = ", ".join(sorted(self.idl)[:3]) or "nothing"
+        return (
+            ""
+            if self.files
+            else f"{self.name} has no .msg, .srv or .action file, but {only}; busflow reads no .idl files"
+        )
+
     def stated(self, tag: str) -> Iterator[str]:
         """Yield what `package.xml` has in an element: name, version, license."""
         for found in re.finditer(rf"<{tag}(?:\s[^>]*)?>([^<]*)</{tag}>", self._xml):

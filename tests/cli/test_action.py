@@ -229,7 +229,7 @@ def test_goals_are_listed_and_canceled(capsys: Captured, room: Any):
         assert {each["id"]: each["state"] for each in json.loads(out)["goals"]}[goal] == "EXECUTING"
         assert asked(capsys, "cancel", "arm/move", goal)[:2] == (0, f"{goal}\n")
         ended = json.loads(read_until(process, "status"))
-    assert (ended["status"], ended["reason"]) == ("CANCELED", "canceled")
+    assert (ended["status"], ended.get("reason")) == ("CANCELED", None)
     assert asked(capsys, "cancel", "arm/move", goal)[2].strip() == "error: /arm/move: the goal has ended already"
     (line,) = [line for line in asked(capsys, "goals", "arm/move")[1].splitlines() if goal in line]
     assert re.fullmatch(rf"{goal}  CANCELED +\d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d", line)

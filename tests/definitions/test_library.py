@@ -127,6 +127,8 @@ def test_unknown_and_idl_types_are_refused_in_words(tmp_path):
     library = Library([tmp_path])
     assert "did you mean 'p/msg/Grip'?" in refusal(library, "p/msg/Gripp")
     assert refusal(library, "p/msg/Odd").startswith("p/msg/Odd is defined in an .idl file alone")
+    assert library.unreadable("p/Odd").startswith("p/Odd is defined in an .idl file alone")
+    assert (library.unreadable("p"), library.unreadable("p/msg/Gripp"), library.unreadable("q")) == ("", "", "")
     assert "no type 'q/msg/Grip'" in refusal(library, "q/msg/Grip")
     (tmp_path / "p/msg/Grip.msg").unlink()
     assert "Grip.msg cannot be read" in refusal(library, "p/msg/Grip")

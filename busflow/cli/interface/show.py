@@ -112,7 +112,8 @@ def package(run: str | None, name: str, as_json: bool) -> None:
     known = _known(run)
     found = [each for each in known.names if each.startswith(f"{name}/")]
     if not found:
-        raise NoSuchTarget(f"no package {printable(name)} has types; {did_you_mean(name, _packages(known))}")
+        unknown = f"no package {printable(name)} has types; {did_you_mean(name, _packages(known))}"
+        raise NoSuchTarget(library().unreadable(name) or unknown)
     print_found({"package": name, "types": found}, found, as_json=as_json)
 
 
@@ -167,7 +168,8 @@ def _full(name: str, known: _Known) -> str:
     for full in (name, *(f"{package}/{kind}/{last}" for kind in _KINDS)):
         if full in known.names:
             return full
-    raise NoSuchTarget(f"there is no type {printable(name)}; {did_you_mean(name, known.names)}")
+    unknown = f"there is no type {printable(name)}; {did_you_mean(name, known.names)}"
+    raise NoSuchTarget(library().unreadable(name) or unknown)
 
 
 def _packages(known: _Known) -> list[str]:

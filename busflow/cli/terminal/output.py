@@ -74,7 +74,7 @@ def print_found(answer: Mapping[str, Any], names: Iterable[str], *, as_json: boo
     if as_json:
         print_answer(answer)
     else:
-        click.echo("\n".join(map(printable, names)))
+        click.echo("".join(f"{printable(each)}\n" for each in names), nl=False)
 
 
 def print_line(data: Mapping[str, Any]) -> None:

@@ -91,6 +91,15 @@ class TestShippedTypes:
         assert (answer["version"], answer["name"]) == (1, "std_msgs/msg/Float64")
         assert answer["description"]["type_description"]["fields"][0]["name"] == "data"
 
+    def test_package_of_idl_files_is_refused_in_words(self, capsys: Captured, tmp_path: Path):
+        (tmp_path / "odd_msgs/msg").mkdir(parents=True)
+        (tmp_path / "odd_msgs/msg/Odd.idl").write_text("module odd_msgs {};")
+        for command in (["show", "odd_msgs/Odd"], ["package", "odd_msgs"]):
+            assert main(["interface", *command, "--interfaces", str(tmp_path)]) == 4
+        first, second = capsys.readouterr().err.splitlines()
+        assert first.startswith("error: odd_msgs/Odd is defined in an .idl file alone")
+        assert second.endswith("no .msg, .srv or .action file, but odd_msgs/msg/Odd; busflow reads no .idl files")
+
     @pytest.mark.parametrize(
         ("command", "expected"),
         [
