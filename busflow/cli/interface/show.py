@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.actions.names import action_type_of
 from busflow.cli.interface import EXAMPLES
 from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.run import completer, joined, joins
@@ -16,12 +17,15 @@ from busflow.cli.terminal.output import print_answer, print_found
 from busflow.definitions.definition import Kind, kind_of
 from busflow.errors import BusflowError, NoSuchTarget
 from busflow.interfaces.encoding.builtin_types import Comments, builtin_types
+from busflow.interfaces.encoding.description import assemble, types_in
 from busflow.launchfile.model.interface_folders import library, name_folders, named_folders
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.description import IndividualDescription, TypeDescription
 
+_WHOLES = {"_SendGoal": "request", "_GetResult": "response", "_FeedbackMessage": ""}
+"""The types of a run in which the parts of an action are: goal, result and feedback."""
 _KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 
 
@@ -149,7 +153,10 @@ def _known(run: str | None) -> _Known:
             raise
     services = {each["type"]: each for each in described.values() if "request" in each}
     described = {name: each for name, each in described.items() if "request" not in each} | services
-    return _Known(tuple(sorted({*_present().names, *described})), described)
+    derived = {name: action_type_of(name) for name in described}
+    actions = {each for each in derived.values() if each and all(f"{each}{part}" in described for part in _WHOLES)}
+    plain = {name for name, action in derived.items() if action is None}
+    return _Known(tuple(sorted({*_present().names, *plain, *actions})), described)
 
 
 def _found(run: str | None, name: str) -> tuple[str, _Known]:
@@ -185,6 +192,10 @@ def _descriptions(name: str, known: _Known) -> Iterator[tuple[str, Any]]:
         yield from ((part, files.description(part)) for part in parts)
     elif name in builtin.names:
         yield from ((part, builtin.description(part)) for part in parts)
+    elif kind is Kind.ACTION:
+        for part, (suffix, half) in zip(parts, _WHOLES.items(), strict=True):
+            whole = known.described[f"{name}{suffix}"]
+            yield part, assemble(part, types_in((whole[half] if half else whole)["description"]))
     elif "request" in known.described[name]:
         halves = known.described[name]
         yield from ((f"{name}_{part}", halves[part.lower()]["description"]) for part in ("Request", "Response"))

@@ -14,7 +14,7 @@ Captured = pytest.CaptureFixture[str]
 OWN = '''
 from collections.abc import Sequence
 
-from busflow import Message, Node, publisher
+from busflow import ActionType, Message, Node, action_client, publisher
 
 
 class Grip(Message, package="talk_msgs"):
@@ -31,8 +31,27 @@ class Label(Message, package="talk_msgs"):
     place: str | None = "shelf"
 
 
+class Squeeze(ActionType, package="talk_msgs"):
+    """Closes."""
+
+    class Goal(Message):
+        """How firmly."""
+
+        grip: Grip = Grip()
+
+    class Result(Message):
+        """Whether it holds."""
+
+        held: bool = False
+
+    class Feedback(Message):
+        """Nothing."""
+
+
 class Gripper(Node):
-    """Has messages of its own."""
+    """Has types of its own."""
+
+    squeeze = action_client(Squeeze, "squeeze")
 
     grips = publisher(Grip, "grips")
     labels = publisher(Label, "labels")
@@ -123,5 +142,12 @@ def test_user_types_come_from_the_run(project: Path, start_run: Callable[..., An
     for name, expected in (("Grip", "force: 0.0\nnames: []\n"), ("Label", "text: null\nplace: shelf\n")):
         assert main(["interface", "proto", f"talk_msgs/{name}", "--no-quotes"]) == 0
         assert capsys.readouterr().out == expected
+    assert main(["interface", "show", "talk_msgs/Squeeze"]) == 0
+    assert capsys.readouterr().out.startswith(
+        "talk_msgs/Grip grip\n\tfloat64 force\n\tstring[] names\n---\nbool held\n---\n"
+    )
+    assert main(["interface", "package", "talk_msgs"]) == 0
+    assert "talk_msgs/action/Squeeze\n" in (out := capsys.readouterr().out)
+    assert "Squeeze_" not in out
     assert main(["interface", "list", "-m"]) == 0
     assert "    talk_msgs/msg/Grip\n" in capsys.readouterr().out
