@@ -37,6 +37,8 @@ class Assignment:
     process: str
     socket: str
     """Name of the process's own socket in the run's directory."""
+    earlier: tuple[str, ...]
+    """Those of the processes to which it connects; the later ones connect to it."""
     directory: str
     card: RunCard
     nodes: tuple[str, ...]
@@ -45,6 +47,10 @@ class Assignment:
     """Names of the processes with which this one must be linked, in both directions, before its nodes start."""
     seed: int
     log_level: str
+    ros2_listens: str
+    """Address at which it waits for nodes of ROS 2; empty if the run lets none in."""
+    ros2_dials: tuple[str, ...]
+    """Addresses of their router and of the processes of earlier runs."""
     restarts: int
     """Number of restarts of the process."""
     nice: int
@@ -80,8 +86,9 @@ class Assignment:
         try:
             values: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
             memory = values["memory"] | {"stopped": tuple(values["memory"]["stopped"])}
-            values |= {"card": RunCard(**values["card"]), "memory": Memory(**memory)}
-            values |= {key: tuple(values[key]) for key in ("nodes", "others", "path")}
+            card = values["card"] | {"ros2_addresses": tuple(values["card"]["ros2_addresses"])}
+            values |= {"card": RunCard(**card), "memory": Memory(**memory)}
+            values |= {key: tuple(values[key]) for key in ("earlier", "nodes", "others", "path", "ros2_dials")}
             return cls(**values)
         except (ValueError, TypeError, LookupError):
             raise ProcessFailed("--process is for busflow run, to start its own processes; leave it out") from None

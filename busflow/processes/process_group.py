@@ -24,6 +24,7 @@ from busflow.ros2 import attach_successor, ros2_network
 from busflow.runner.extension import Extension
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership, card_of
+from busflow.wire.zenoh.held_port import HeldPort
 from busflow.wire.zenoh.run_directory import RunDirectory
 from busflow.wire.zenoh.session import SOCKET, require_unix_sockets
 
@@ -117,6 +118,8 @@ class ProcessGroup(Extension):
     def _attach_to(self, graph: Graph) -> None:
         """Attach this group, and the main process's own recording or snapshots, to the graph of the main process."""
         self._directory: RunDirectory | None = None
+        self._ports: dict[str, HeldPort] = {}  # by socket of a worker process; empty without nodes of ROS 2
+        self._ros2_dials: tuple[str, ...] = ()
         self._membership: Membership | None = None
         self._kill_s = _KILL_S
         if self._shares is not None:
@@ -249,9 +252,14 @@ class ProcessGroup(Extension):
         linked = self._machines.network if self._machines else None
         find_network = ros2_network(graph.descriptions, linked)
         network = linked if find_network is None else find_network()
+        if network is not None and network.ros2 is not None:
+            self._ports = {member.socket: HeldPort() for member in self.members}
+            self._ros2_dials = tuple(network.ros2.dials)
         self._directory = RunDirectory.claim(self._name)
         name = self._directory.path.name
-        self._card = card_of(graph, name, since_ns=graph.clock.now().nanoseconds, network=network)
+        card = card_of(graph, name, since_ns=graph.clock.now().nanoseconds, network=network)
+        addresses = (*card.ros2_addresses, *(port.address for port in self._ports.values()))
+        self._card = replace(card, ros2_addresses=addresses)
         self._membership = Membership(
             graph,
             self._directory.inside,
@@ -284,6 +292,8 @@ class ProcessGroup(Extension):
         finally:
             if directory is not None:
                 directory.close()
+            for port in self._ports.values():
+                port.close()
 
     @asynccontextmanager
     async def surround(self) -> AsyncGenerator[None]:
@@ -348,12 +358,15 @@ class ProcessGroup(Extension):
         return Assignment(
             process=member.name,
             socket=member.socket,
+            earlier=(SOCKET, *(each.socket for each in self.members[: self.members.index(member)])),
             directory=str(self._directory.inside) if self._directory else "",
             card=self._card,
             nodes=member.nodes,
             others=(self._main, *others),
             seed=self._graph.seed,
             log_level=self._graph.log.level,
+            ros2_listens=self._ports[member.socket].address if self._ports else "",
+            ros2_dials=self._ros2_dials,
             restarts=member.restarts,
             nice=member.spec.nice,
             env=member.spec.env,

@@ -187,6 +187,7 @@ class _Part(Extension):
             assignment.card,
             process=assignment.process,
             socket=assignment.socket,
+            earlier=assignment.earlier,
             network=_network(graph, assignment),
             about=lambda: {"restarts": assignment.restarts},
         )
@@ -228,13 +229,14 @@ class _Part(Extension):
 
 
 def _network(graph: Graph, assignment: Assignment) -> Network | None:
-    """Return what this process has in common with nodes of ROS 2; they find it through the main process."""
+    """Return what this process has in common with nodes of ROS 2; they find it through their router."""
     if assignment.card.ros2_domain is None:
         return None
     from busflow.wire.zenoh.network import Network, Ros2Network
 
     topics = [pattern for each in graph.descriptions if each.ros2 for pattern in each.ros2.topics]
-    return Network((), ros2=Ros2Network(assignment.card.ros2_domain, topics))
+    listens, dials = (assignment.ros2_listens,), assignment.ros2_dials
+    return Network((), ros2=Ros2Network(assignment.card.ros2_domain, topics, listens, dials))
 
 
 def _report_data(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import os
 import socket
+from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import InspectionUnavailable
 from busflow.launchfile.model.ros2 import Ros2Transport
 from busflow.ros2.port_owner import owner_of
+from busflow.wire.zenoh.held_port import HeldPort
 from busflow.wire.zenoh.network import Network, Ros2Network
+from busflow.wire.zenoh.run_directory import runs
 from busflow.wire.zenoh.session import open_remote, require_zenoh
 
 if TYPE_CHECKING:
@@ -50,7 +53,10 @@ def _ros2_network(spec: Ros2Spec) -> Ros2Network:
     if not _is_taken(router):
         return Ros2Network(domain, spec.topics, listens=(str(spec.router),), is_router=True)
     _require_router(router)
-    return Ros2Network(domain, spec.topics, dials=(str(router),))
+    # Sessions of runs do not connect by themselves, and no router carries messages between two of its peers.
+    others = (address for run in runs() if run.card.ros2_domain == domain for address in run.card.ros2_addresses)
+    with closing(HeldPort()) as port:
+        return Ros2Network(domain, spec.topics, listens=(port.address,), dials=(str(router), *others))
 
 
 def _is_taken(address: NetworkAddress) -> bool:

@@ -82,8 +82,9 @@ def assignment(directory: RunDirectory, **changes: Any) -> Assignment:
     card = RunCard("worker", os.getpid(), 1)
     directory.write_card(card)
     whole: dict[str, Any] = {
-        "process": "left", "socket": "1.sock", "directory": str(directory.path), "card": card, "nodes": ("/own",),
-        "others": (), "seed": 1, "log_level": "info", "restarts": 0, "nice": 0, "env": {}, "outer": {},
+        "process": "left", "socket": "1.sock", "earlier": ("main.sock",), "directory": str(directory.path),
+        "card": card, "nodes": ("/own",), "others": (), "seed": 1, "log_level": "info",
+        "ros2_listens": "", "ros2_dials": (), "restarts": 0, "nice": 0, "env": {}, "outer": {},
         "watchdog_s": None, "prints_failures": False, "path": tuple(sys.path), "args": {}, "memory": Memory(),
         "event_loop": "busflow",
     }  # fmt: skip

@@ -1,5 +1,6 @@
 """A run of several processes: nodes of ROS 2 reach those of every process, and none of them opens more than it says."""
 
+import asyncio
 import json
 import queue
 import signal
@@ -11,11 +12,12 @@ from typing import Any
 
 import pytest
 
+from busflow import SENSOR_DATA, Node, launch, subscription
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_srvs import Trigger
 from tests.ros2.rmw_node import RmwNode
-from tests.ros2.sessions import PATIENCE_S, free_port, rmw_session
+from tests.ros2.sessions import PATIENCE_S, arrived, free_port, rmw_session, ros2_at
 
 LAB = Path(__file__).parents[2] / "configs/lab1_processes.yaml"
 
@@ -39,6 +41,22 @@ def port(tmp_path: Path) -> Iterator[int]:
     process.stderr.close()
     assert process.wait(PATIENCE_S) == 130, rest
     assert "Traceback" not in rest
+
+
+class Listener(Node):
+    async def start(self) -> None:
+        self.heard: asyncio.Queue[str] = asyncio.Queue()
+
+    @subscription("imu/data", qos=SENSOR_DATA)
+    async def on_imu(self, imu: Imu) -> None:
+        await self.heard.put(imu.header.frame_id)
+
+
+@pytest.mark.long
+@pytest.mark.asyncio
+async def test_another_run_receives_from_every_process(port: int):
+    async with launch(ros2_at(port), Listener, inspect="second") as graph:
+        assert await arrived(graph.node(Listener).heard)
 
 
 @pytest.mark.long

@@ -15,7 +15,7 @@ from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import String
 from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 from busflow.wire.zenoh.run_directory import runs
-from tests.ros2.sessions import ROUTER, arrived, free_port, has_come, opened, rmw_session, ros2_at
+from tests.ros2.sessions import ROUTER, arrived, free_port, has_come, opened, rmw_session, ros2_at, until_arrived
 
 SUPPORT = TypeSupport(String)
 OUT, IN = (topic_key(topic, SUPPORT.name, SUPPORT.type_hash, domain=7) for topic in ("/chatter", "/said"))
@@ -103,6 +103,27 @@ async def test_the_run_joins_a_router_that_is_there(capsys: pytest.CaptureFixtur
             assert list(session.info.routers_zid()) == [router.info.zid()]
             assert f"in domain 7: they meet at the router tcp/127.0.0.1:{port}" in capsys.readouterr().err
             await talk(session, graph.node(Robot))
+
+
+class Listener(Node):
+    async def start(self) -> None:
+        self.heard: asyncio.Queue[str] = asyncio.Queue()
+
+    @subscription("chatter")
+    async def on_chatter(self, chatter: String) -> None:
+        await self.heard.put(chatter.data)
+
+
+@pytest.mark.asyncio
+async def test_two_runs_at_one_router_meet():
+    port = free_port()
+    with opened(ROUTER | {"listen/endpoints": [f"tcp/127.0.0.1:{port}"]}):
+        async with (
+            launch(ros2_at(port), Robot, inspect="first") as first,
+            launch(ros2_at(port), Listener, inspect="second") as second,
+        ):
+            chatter, heard = first.node(Robot).chatter, second.node(Listener).heard
+            assert await until_arrived(lambda: chatter.publish(String(data="to the other run")), heard)
 
 
 @pytest.mark.asyncio

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,7 @@ class Membership(Extension):
         *,
         process: str,
         socket: str,
+        earlier: Sequence[str] = (),
         network: Network | None = None,
         about: Callable[[], Mapping[str, Any]] = dict,
         on_change: Callable[[str, bool], None] | None = None,
@@ -46,13 +48,15 @@ class Membership(Extension):
             card: the run's description of itself.
             process: this process's name.
             socket: the name of its socket in the directory.
+            earlier: those of the processes before it, to which it connects.
             network: the links to other machines, if this process has them.
             about: returns the facts about the process that are not in its graph.
             on_change: called when another process has come, is gone or hangs.
             on_version: called with the name of each process of the run and its version of busflow.
         """
         self._graph, self._directory, self._card = graph, directory, card
-        self._process, self._socket, self._network = process, socket, network
+        self._process, self._network = process, network
+        self._socket, self._earlier = socket, earlier
         self._about, self._on_change, self._on_version = about, on_change, on_version
         self._shown_version: object = None
         self._mirror: Mirror | None = None
@@ -60,7 +64,7 @@ class Membership(Extension):
 
     def begin(self) -> None:
         """Join the run on the event loop, before the first node is connected."""
-        session = open_session(self._directory, listen=self._socket, network=self._network)
+        session = open_session(self._directory, listen=self._socket, earlier=self._earlier, network=self._network)
         from busflow.wire.mirror.barrier import Barrier  # both modules need Zenoh
         from busflow.wire.mirror.mirror import Mirror
 
@@ -94,8 +98,11 @@ def card_of(graph: Graph, name: str, *, since_ns: int, network: Network | None) 
     """Return the description of the run to which this graph belongs, alone or as the one of the main process."""
     file = next((each.file for each in graph.descriptions), "")
     packages = {key: str(path) for each in graph.descriptions for key, path in each.packages.items()}
-    domain = None if network is None or network.ros2 is None else network.ros2.domain
-    return RunCard(name, os.getpid(), since_ns, file, _version(), packages, domain)
+    card = RunCard(name, os.getpid(), since_ns, file, _version(), packages)
+    if network is None or network.ros2 is None:
+        return card
+    addresses = () if network.ros2.is_router else tuple(network.ros2.listens)  # a later run finds the router anyway
+    return replace(card, ros2_domain=network.ros2.domain, ros2_addresses=addresses)
 
 
 def inspectable(graph: Graph, name: bool | str = True, *, network: Callable[[], Network | None] | None = None) -> None:
@@ -166,7 +173,7 @@ class Inspection(Extension):
 
     def _show(self, directory: RunDirectory) -> None:
         network = None if self._network is None else self._network()
-        session = open_session(directory.inside, listen=SOCKET, network=network)
+        session = open_session(directory.inside, listen=SOCKET, earlier=(), network=network)
         from busflow.wire.mirror.mirror import Mirror  # the module needs Zenoh
 
         name, process = directory.path.name, SOCKET.removesuffix(".sock")

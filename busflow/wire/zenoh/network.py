@@ -17,9 +17,6 @@ from busflow.launchfile.model.network import TCP, TLS, NetworkAddress, NetworkSp
 from busflow.wire.zenoh.access import UNIX, AccessRules
 from busflow.wire.zenoh.keys import DOMAIN
 
-_RETRY = {"period_init_ms": 250, "period_max_ms": 2000, "period_increase_factor": 2.0}
-"""The times between attempts to connect to a missing machine."""
-
 
 @dataclass(frozen=True, slots=True)
 class Ros2Network:
@@ -32,12 +29,12 @@ class Ros2Network:
     """Without the address of a router, it is one of this machine alone, as each session of ROS 2 has: they link there.
     """
     dials: Sequence[str] = ()
-    """Addresses of a router that is there already."""
+    """Address of the router, if there is one already, and then those of the user's other runs in the domain."""
     is_router: bool = False
     """Whether the session stands in for the router that nodes of ROS 2 look for."""
 
     def __str__(self) -> str:
-        at = ", ".join(self.dials or self.listens)
+        at, *_ = self.dials or self.listens
         where = f"this run stands in for their router at {at}" if self.is_router else f"they meet at the router {at}"
         return f"nodes of ROS 2 take part in domain {self.domain}: {where}"
 
@@ -74,9 +71,7 @@ class Network:
 
     def settings(self) -> dict[str, Any]:
         """Return the Zenoh settings that a session with others than this machine's processes needs in addition."""
-        found: dict[str, Any] = {"connect/retry": _RETRY}
-        if self.credentials is not None:
-            found |= _tls(self.credentials)
+        found: dict[str, Any] = {} if self.credentials is None else _tls(self.credentials)
         if self.allow is not None or self.ros2 is not None:
             found["access_control"] = self._access(self.allow or {})
         return found

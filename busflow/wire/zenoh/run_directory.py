@@ -65,6 +65,8 @@ class RunCard:
     """The folders of `packages:` of the launch file on this machine, by name."""
     ros2_domain: int | None = None
     """The domain of the nodes of ROS 2 that take part; None if none can."""
+    ros2_addresses: tuple[str, ...] = ()
+    """Where its processes wait for nodes of ROS 2, and for the processes of later runs in the domain."""
 
     @property
     def domain(self) -> int:
@@ -376,10 +378,11 @@ def _card(path: Path) -> RunCard | None:
         words = {field: found.get(field, "") for field in ("name", "file", "version")}
         numbers = {field: found[field] for field in ("pid", "since_ns")}
         packages = {str(name): str(folder) for name, folder in found.get("packages", {}).items()}
+        addresses = tuple(str(address) for address in found.get("ros2_addresses", ()))
         if found.get("ros2_domain") is not None:
             numbers["ros2_domain"] = found["ros2_domain"]
     except (OSError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
         return None
     fits = all(type(word) is str for word in words.values())
     fits = fits and all(type(number) is int and 0 <= number < _LATEST_NS for number in numbers.values())
-    return RunCard(**words, **numbers, packages=packages) if fits else None
+    return RunCard(**words, **numbers, packages=packages, ros2_addresses=addresses) if fits else None

@@ -1,7 +1,10 @@
 """Session: opens a process's Zenoh session, with Unix sockets in the run's directory and the launch file's links.
 
-By default Zenoh listens on every network interface and finds other sessions by multicast; busflow turns both off. Zenoh
-is imported when a session is opened, so a run without a session works without Zenoh.
+By default Zenoh listens on every network interface and finds other sessions by multicast; busflow turns both off. It
+would also connect to each address that gossip tells it, and a program that listens at a Unix socket of its own would
+then be taken for this user. So a session connects to the addresses that it is given alone: each process of a run to the
+processes before it. Nodes of ROS 2 connect by themselves. Zenoh is imported when a session is opened, so a run without
+a session works without Zenoh.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -12,6 +15,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import json
+import os
 import re
 import socket
 from collections.abc import Mapping, Sequence
@@ -62,8 +66,9 @@ always be slower than its traffic, and messages that wait there become old: Zeno
 """
 
 
+_RETRY = {"period_init_ms": 20, "period_max_ms": 500, "period_increase_factor": 2.0}
+"""The times between attempts to connect to a process or machine that is not there yet, or has gone."""
 _NETWORK_SETTINGS: dict[str, Any] = {
-    "scouting/delay": 1,  # milliseconds; multicast scouting is off
     "timestamping/enabled": False,
     "adminspace/enabled": False,
 }
@@ -98,13 +103,19 @@ def require_zenoh() -> None:
 
 
 def open_session(
-    directory: Path, *, listen: str | None = None, network: Network | None = None, patience_s: float = 5.0
+    directory: Path,
+    *,
+    listen: str | None = None,
+    earlier: Sequence[str] | None = None,
+    network: Network | None = None,
+    patience_s: float = 5.0,
 ) -> zenoh.Session:
     """Open a session that links to the processes of a run.
 
     Args:
         directory: the run's directory.
         listen: the name of the socket on which others reach this process; None for a client, which has none.
+        earlier: the names of the sockets to connect to, now or when they are there; None for all that are there now.
         network: the links to other machines, if this process has them.
         patience_s: how long a process may take to answer a new session.
 
@@ -112,13 +123,17 @@ def open_session(
         InspectionUnavailable: Zenoh is missing or refuses, or no process answers a client.
     """
     require_zenoh()
-    names = [name for name in _names_in(directory) if name.endswith(".sock") and name != listen]
+    names = earlier
+    if names is None:
+        names = [name for name in _names_in(directory) if name.endswith(".sock") and name != listen]
     # The main process comes first: in a run of several machines it has the links to the others.
     others = [f"unixsock-stream/{directory / name}" for name in sorted(names, key=lambda name: (name != SOCKET, name))]
     if listen is None and not others:
         raise InspectionUnavailable(f"the run in {directory} has no socket yet; try again")
     own = [] if listen is None else [f"unixsock-stream/{directory / listen}"]
     settings = _settings(own, others, patience_s)
+    if earlier is not None:
+        settings["connect/timeout_ms"] = -1  # for ever: a process or machine may come at any time
     if network is None or not (network.listens or network.dials):
         settings |= _ROOM
     if network is not None:
@@ -166,9 +181,11 @@ def _settings(own: Sequence[str], others: Sequence[str], patience_s: float = 5.0
         "connect/endpoints": others,
         "connect/timeout_ms": 0,
         "connect/exit_on_failure": not own,
+        "connect/retry": _RETRY,
+        "scouting/delay": 1,  # milliseconds; multicast scouting is off
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
-        "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
+        "scouting/gossip/autoconnect": [],
         "transport/unicast/open_timeout": round(patience_s * 1000),
         "transport/link/rx/buffer_size": _RX_BUFFER,
         "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": _PATIENCE_US,
@@ -185,12 +202,22 @@ def _linked(own: Sequence[str], others: Sequence[str], network: Network) -> dict
     listens, dials = network.ends
     router = network.is_router
     return {
+        **({} if network.ros2 is None else {"id": _low_id()}),
         "mode": "router" if router else "peer",
         "listen/endpoints": [*own, *listens],
         "connect/endpoints": dials if router else [*others, *dials],
-        "connect/timeout_ms": -1 if router else 0,  # -1 is for ever: a machine may come at any time
         **_NETWORK_SETTINGS,
     }
+
+
+def _low_id() -> str:
+    """Return an id that is lower than that of a node of ROS 2, with as good as certainty.
+
+    Of two sessions that hear of each other, the one with the greater id connects; a session of a run never does. Zenoh
+    compares the bytes of ids from the last one on, or has compared them as numbers: so the last four are zero, and the
+    first four of sixteen as well.
+    """
+    return f"{int.from_bytes(os.urandom(8)):x}00000000"
 
 
 def open_remote(network: Network, *, patience_s: float = 5.0) -> zenoh.Session:
