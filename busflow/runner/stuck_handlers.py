@@ -17,7 +17,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from busflow.clock import perf_counter
 from busflow.errors import Deadlock
 from busflow.runner import standard_error
 from busflow.runner.loops.virtual import VirtualLoop
@@ -44,21 +43,23 @@ def stuck_handlers_named() -> Generator[None]:
 
 def _watch(loop: VirtualLoop, thread: int, ended: threading.Event) -> None:
     look_s = min(_LOOK_S, loop.thread_s / 4)
-    seen, since_s, warned = loop.moment, perf_counter(), False
+    # Each look counts for the time until the next one, however late it is: what stops the whole process, such as Ctrl-Z
+    # or a suspended machine, is no handler's time.
+    seen, stuck_s, warned = loop.moment, 0.0, False
     while not ended.wait(look_s):
+        stuck_s += look_s
         if loop.moment != seen:
-            seen, since_s, warned = loop.moment, perf_counter(), False
+            seen, stuck_s, warned = loop.moment, 0.0, False
             continue
         frame = sys._current_frames().get(thread)  # noqa: SLF001  # there is no other way to see it
         owner = next(owners(frame), None)
         if owner is None or _is_debugged(frame):  # it waits for others, or for a person
-            since_s = perf_counter()
+            stuck_s = 0.0
             continue
-        stuck_s = perf_counter() - since_s
         if loop.ends_handlers and stuck_s >= loop.thread_s:
             error = ctypes.py_object(_error(owner[1], loop.thread_s))
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), error)
-            since_s = perf_counter()
+            stuck_s = 0.0
         elif stuck_s >= _WARN_S and not warned:
             warned = True
             node, handler = map(printable, owner)

@@ -1,5 +1,6 @@
 """A handler that never comes back is named on virtual time, where nothing else would end the wait."""
 
+import ctypes
 import io
 import os
 import pdb  # noqa: T100  # what a breakpoint() runs
@@ -46,6 +47,21 @@ async def test_endless_handler_fails_its_test_with_its_line():
     ):
         async with harness(Endless) as lab:
             await lab.advance(10)
+
+
+@virtual_time(thread_s=0.8)
+async def test_pause_of_the_process_fails_no_handler():
+    """As after Ctrl-Z, or while the machine is suspended; here the handler holds the interpreter's lock."""
+
+    class Paused(Node):
+        @timer(0.1)
+        def tick(self):
+            threading.Event().wait(0.3)  # until it was seen at work
+            ctypes.PyDLL(None).usleep(800_000)
+            threading.Event().wait(0.01)
+
+    async with harness(Paused) as lab:
+        await lab.advance(0.1)
 
 
 def test_slow_handler_of_a_run_is_only_named(monkeypatch):

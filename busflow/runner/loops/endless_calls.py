@@ -35,9 +35,13 @@ class EndlessCalls:
         self.found: bool = False
         """True once a call has exceeded the limit: the loop then ends and waits for no thread."""
         self._limit_s = limit_s
+        self._pause_s = min(_CHECK_S, limit_s / 2)
         self._checked_s = perf_counter()
-        self._since_s: dict[FrameType, float] = {}
-        """By the outermost frame of a call, when the call was first seen."""
+        self._worked_s: dict[FrameType, float] = {}
+        """By the outermost frame of a call, for how long it was seen at work: one pause for each check after the first.
+
+        A late check counts no more: what stops the whole process, such as Ctrl-Z or a suspended machine, is no call's.
+        """
 
     def look(self, workers: Iterable[threading.Thread], *, pools: bool) -> str:
         """Return an error text if a call takes too long, else an empty text; calls in quick succession do nothing.
@@ -47,15 +51,15 @@ class EndlessCalls:
             pools: True if the loop waits for a call in a thread pool too; then all pools of the process are checked.
         """
         now_s = perf_counter()
-        if now_s - self._checked_s < min(_CHECK_S, self._limit_s / 2):
+        if now_s - self._checked_s < self._pause_s:
             return ""
         self._checked_s = now_s
         calls = dict(_calls({worker.ident for worker in workers}, pools=pools))
-        self._since_s = {call: self._since_s.get(call, now_s) for call in calls}
-        for call, since_s in self._since_s.items():
-            if now_s - since_s >= self._limit_s:
+        self._worked_s = {call: self._worked_s.get(call, -self._pause_s) + self._pause_s for call in calls}
+        for call, worked_s in self._worked_s.items():
+            if worked_s >= self._limit_s:
                 self.found = True
-                self._since_s = {}  # a frame keeps its variables alive
+                self._worked_s = {}  # a frame keeps its variables alive
                 return _description(calls[call], self._limit_s)
         return ""
 

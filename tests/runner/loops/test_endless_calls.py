@@ -1,6 +1,7 @@
 """A call in a worker thread that never ends is named, and the loop ends."""
 
 import asyncio
+import ctypes
 import threading
 
 import anyio.to_thread
@@ -46,7 +47,19 @@ def _work(seconds):
 def test_many_short_calls_are_no_endless_one(start):
     @virtual_time(thread_s=0.5)
     async def work():
-        for _ in range(4):
-            await start(_work, 0.15)
+        for _ in range(10):
+            await start(_work, 0.06)
 
     work()
+
+
+def _pause():
+    threading.Event().wait(0.5)  # until it was seen at work
+    ctypes.PyDLL(None).usleep(800_000)
+    threading.Event().wait(0.01)
+
+
+@virtual_time(thread_s=0.8)
+async def test_pause_of_the_process_is_no_endless_call():
+    """As after Ctrl-Z, or while the machine is suspended; here the call holds the interpreter's lock."""
+    await anyio.to_thread.run_sync(_pause)
