@@ -79,10 +79,10 @@ from busflow.wire.client.client import join
 with join(sys.argv[1]) as peer:
     topics = [peer.graph().topic(name) for name in sys.argv[2:]]
     with peer.listen(topics[0]) as first, peer.listen(topics[-1]) as second:
-        first.get(30)
+        first.get(60)
         print("listening", flush=True)
         while True:
-            first.get(30)
+            first.get(60)
 """
 
 BURST = """
@@ -118,10 +118,10 @@ from busflow.wire.client.client import join
 with join("burst") as peer:
     topic = peer.graph().topic("/images")
     with peer.listen(topic) as images:
-        images.get(30)
+        images.get(60)
         print("listening", flush=True)
         for _ in range(int(sys.argv[1])):
-            images.get(30)
+            images.get(60)
         print("lost", images.lost, flush=True)
 """
 
@@ -189,7 +189,7 @@ class SlowRun(Node):
 """
 
 SLOW_LAUNCH = """
-shutdown: {grace: 4}
+shutdown: {grace: 20}
 plugins: [.]
 nodes:
   slow: {plugin: "slow:KIND"}

@@ -2,13 +2,12 @@
 
 import json
 import os
-import random
 import signal
 import socket
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from datetime import timedelta
 from pathlib import Path
 
@@ -17,6 +16,7 @@ import pytest
 from busflow.cli import main
 from busflow.recording.bag.bag import Bag
 from busflow.wire.machines.certificates import Authority
+from tests.ros2.sessions import free_port
 
 PATIENCE_S = 60.0
 
@@ -54,17 +54,9 @@ def expired() -> Callable[[Path, str], None]:
     return make
 
 
-def a_port() -> int:
-    """One that nobody listens at, and that the system gives nobody for a connection of their own before it is used."""
-    while True:
-        with socket.socket() as free, suppress(OSError):
-            free.bind(("127.0.0.1", number := random.randrange(20_000, 32_000)))
-            return number
-
-
 @pytest.fixture
 def port() -> int:
-    return a_port()
+    return free_port()
 
 
 @pytest.fixture
@@ -423,7 +415,7 @@ def test_three_machines_are_linked_each_to_each(start: Callable, certificates: P
     text = f"""
 machines:
   arm: {{connect: tls/127.0.0.1:{port}}}
-  head: {{connect: tls/127.0.0.1:{a_port()}}}
+  head: {{connect: tls/127.0.0.1:{free_port()}}}
 network: {{ca: {certificates}/ca.pem}}
 nodes:
   teller: {{plugin: teller, machine: head, parameters: {{rate_hz: 20}}}}

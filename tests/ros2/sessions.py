@@ -2,10 +2,11 @@
 
 import asyncio
 import json
+import random
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import zenoh
@@ -45,10 +46,11 @@ ROUTER = {
 
 
 def free_port() -> int:
-    """A port of this machine at which nothing listens."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """A port at which nobody listens, and which the system gives nobody for a connection of their own meanwhile."""
+    while True:
+        with socket.socket() as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", number := random.randrange(20_000, 32_000)))
+            return number
 
 
 @contextmanager
@@ -84,15 +86,18 @@ async def arrived(items: "asyncio.Queue[Any]") -> Any:
         return await items.get()
 
 
-async def until_arrived(send: Callable[[], object], queue: "asyncio.Queue[Any]") -> Any:
-    """Send again and again until something has arrived: a node of ROS 2 does not say whether it is linked."""
+async def until_arrived(send: Callable[[], object], queue: "asyncio.Queue[Any]", wanted: Any) -> list[Any]:
+    """Send again and again until this arrives, and return what came before it.
+
+    A node of ROS 2 does not say whether it is linked; and what was sent twice may arrive twice, the second time late.
+    """
+    before: list[Any] = []
     async with asyncio.timeout(PATIENCE_S):
-        while True:
+        while wanted not in before:
             send()
-            try:
-                return await asyncio.wait_for(queue.get(), AGAIN_S)
-            except TimeoutError:
-                continue
+            with suppress(TimeoutError):
+                before.append(await asyncio.wait_for(queue.get(), AGAIN_S))
+    return before[:-1]
 
 
 async def until(condition: Callable[[], object]) -> None:

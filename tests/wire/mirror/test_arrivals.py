@@ -18,7 +18,7 @@ from busflow.wire.zenoh.qos_text import to_text
 
 pytestmark = pytest.mark.asyncio
 
-PATIENCE_S = 25.0
+PATIENCE_S = 60.0
 
 
 def latched(depth):

@@ -17,7 +17,7 @@ from tests.processes.test_report import Member, told
 
 pytestmark = pytest.mark.asyncio
 
-PATIENCE_S = 25.0
+PATIENCE_S = 60.0
 
 
 def latched(depth):

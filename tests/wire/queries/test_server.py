@@ -21,7 +21,7 @@ class Talker(Node):
 
 def raw(peer, question, payload, **words):
     """The replies to a question as it is, each decoded from JSON."""
-    replies = peer.session.get(f"{QUERY_PREFIX}/main/{question}", payload=payload, timeout=10, **words)
+    replies = peer.session.get(f"{QUERY_PREFIX}/main/{question}", payload=payload, timeout=60, **words)
     return [json.loads(reply.ok.payload.to_bytes()) for reply in replies if reply.ok is not None]
 
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif(
     not hasattr(os, "memfd_create") or platform.machine() != "x86_64", reason="memory is shared on Linux, x86-64, only"
 )
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 def message(number, size=100):
