@@ -8,9 +8,10 @@ import pytest
 from busflow import Node, launch
 from busflow.cli import main
 from busflow.ros2.neighbours import crowds, neighbours, shown, strangers
+from busflow.wire.client.client import join
 from busflow.wire.zenoh.keys import Token, TokenKind
 from tests.ros2.rmw_node import RmwNode
-from tests.ros2.sessions import free_port, has_come, rmw_session, ros2_at
+from tests.ros2.sessions import free_port, rmw_session, ros2_at
 
 
 def node(session: str, name: str) -> Token:
@@ -54,13 +55,20 @@ class Robot(Node):
     """A node that does nothing."""
 
 
+def until_seen(node: str, run: str) -> None:
+    """Wait until other terminals see a node beside a run."""
+    with join(run) as peer:
+        while node not in peer.graph().nodes:
+            pass
+
+
 @pytest.mark.asyncio
 async def test_doctor_lists_nodes_of_this_machine(capsys: pytest.CaptureFixture[str]):
     port = free_port()
     async with launch(ros2_at(port), Robot, inspect="doctored"):
         with rmw_session(port) as session:
             kept = RmwNode(session, "rviz")
-            assert await has_come(session, "/robot")
+            await asyncio.to_thread(until_seen, "/rviz", "doctored")
             code = await asyncio.to_thread(main, ["doctor", "--run", "doctored"])
             out = capsys.readouterr().out
             assert "ROS 2, domain 7  /rviz (this machine)" in out

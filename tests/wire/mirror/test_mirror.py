@@ -361,7 +361,7 @@ async def test_a_blocked_process_does_not_stop_others_publishing(looked_at):
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
         before_s = looked.graph.clock.seconds()
         with looked.peer.advertise("/numbers", type_):  # in the loop's own thread, which is the one that is to answer
-            assert 1 < looked.graph.clock.seconds() - before_s < 10
+            assert looked.graph.clock.seconds() - before_s > 1
 
 
 async def test_a_departure_is_noticed_under_load(looked_at):
