@@ -200,6 +200,7 @@ class _Part(Extension):
     async def surround(self) -> AsyncGenerator[None]:
         """Wait for the others before the nodes start, and report until they have ended."""
         barrier = self._membership.barrier
+        self._send_report()  # before the main process sees it: from now on it gets commands
         barrier.begin()
         reporting = asyncio.create_task(self._report(), name="busflow.report")
         with self._graph.clock.wall_timeout(_PATIENCE_S):
@@ -215,7 +216,7 @@ class _Part(Extension):
 
     def order_carried_out(self) -> None:
         """Report at once: if this process is killed now, its next life must know which nodes stay stopped."""
-        self._writer.send(report=_report_data(self._graph, self._writer))
+        self._send_report()
 
     def end(self) -> None:
         """Leave the run."""
@@ -224,8 +225,11 @@ class _Part(Extension):
     async def _report(self) -> None:
         while True:
             await self._graph.clock.sleep(_REPORT_S)
-            debugged = sys.gettrace() is not None or "pydevd" in sys.modules
-            self._writer.send(report=_report_data(self._graph, self._writer), debugged=debugged)
+            self._send_report()
+
+    def _send_report(self) -> None:
+        debugged = sys.gettrace() is not None or "pydevd" in sys.modules
+        self._writer.send(report=_report_data(self._graph, self._writer), debugged=debugged)
 
 
 def _network(graph: Graph, assignment: Assignment) -> Network | None:

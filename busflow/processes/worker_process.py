@@ -136,7 +136,11 @@ class WorkerProcess:
         """The end that the process reported: `exit_code`, `failures`, `finished`; empty if it reported none."""
         self._stopping = asyncio.Event()
         self._running_since_s: float | None = None
-        self._last_message_s = 0.0
+        self._last_message_s: float | None = None
+        """Time of this life's last message; None before the first, until which the process reads no commands.
+
+        A token that comes or goes before it is that of the life before: tokens take longer than a process's end.
+        """
         self._last_report_s = 0.0
         self._is_debugged = False
         self._has_no_token = False
@@ -196,7 +200,7 @@ class WorkerProcess:
 
     async def _live_once(self) -> int:
         self.state, self.report, self._killed_for = MemberState.STARTING, None, ""
-        self._end = {}
+        self._end, self._last_message_s = {}, None
         try:
             self.child = Child(
                 self._command,
@@ -265,7 +269,8 @@ class WorkerProcess:
 
     def send_command(self, **values: Any) -> bool:
         """Send a command to the process, such as one for a snapshot; return False if it does not run."""
-        if self.child is None or self.state not in {MemberState.RUNNING, MemberState.HANGS}:
+        runs = self._last_message_s is not None and self.state in {MemberState.RUNNING, MemberState.HANGS}
+        if self.child is None or not runs:
             return False
         self.child.send(json.dumps(values).encode() + b"\n")
         return True
@@ -293,6 +298,8 @@ class WorkerProcess:
 
     def _check_for_hang(self, child: Child) -> None:
         if self.child is not child or not self._has_no_token or self._stopping.is_set():
+            return
+        if self._last_message_s is None:
             return
         # A recent message shows that the process lives: its token is gone because the main process stood still, or the
         # link broke.
@@ -331,12 +338,12 @@ class WorkerProcess:
 
     def on_message(self, message: Mapping[str, Any]) -> None:
         """Handle a message of the child: a log line, a report or parameters."""
-        self._last_message_s = self._owner.seconds()
+        self._last_message_s = now_s = self._owner.seconds()
         if "log" in message:
             with suppress(ValueError):
                 self._owner.show_record(record_of(message["log"], self.name))
         elif "report" in message:
-            self.report, self._last_report_s = message["report"], self._last_message_s
+            self.report, self._last_report_s = message["report"], now_s
             if not self._stopping.is_set():
                 nodes = message["report"]["nodes"] if message["report"] else ()
                 self._stopped = tuple(node["name"] for node in nodes if node["state"] == NodeState.STOPPED_BY_HAND)

@@ -1,4 +1,4 @@
-"""When a process is taken for hung: only where it neither shows itself nor says anything, on virtual time."""
+"""When a process is taken for hung: only where it neither shows itself nor says anything, on virtual time; its end."""
 
 import asyncio
 
@@ -22,27 +22,36 @@ class Owner:
 
 
 class Child:
-    """A process that is only there to be killed."""
+    """A process that is only there to be ended."""
 
     pid = 7
 
     def __init__(self):
-        self.killed = False
+        self.killed = self.terminated = False
+        self.sent = []
 
     def kill(self):
         self.killed = True
+
+    def terminate(self):
+        self.terminated = True
+
+    def send(self, line):
+        self.sent.append(line)
 
 
 @pytest.fixture
 def running():
     """A member that the others see, and the lines of the log."""
 
-    def running(when=Restart.ON_FAILURE):
+    def running(when=Restart.ON_FAILURE, *, says=({"report": {"nodes": []}},)):
         lines = []
         spec = ProcessSpec("left", Origin(StatedBy.CALLER), restart=RestartPolicy(when))
         log = Log(SystemClock(), sinks=(lines.append,)).bind("busflow")
         member = WorkerProcess(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, owner=Owner(), log=log)
         member.child = Child()
+        for message in says:
+            member.on_message(message)
         member.on_presence(there=True)
         return member, lines
 
@@ -83,6 +92,29 @@ async def test_process_that_still_writes_does_not_hang(running):
     assert (member.state, member.child.killed, lines) == (MemberState.RUNNING, False, [])
     await asyncio.sleep(2.5)
     assert (member.state, member.child.killed) == (MemberState.HANGS, True), "once it says nothing any more"
+
+
+@virtual_time
+async def test_token_of_the_former_life_kills_no_start(running):
+    """On a busy machine it may come and go after the next process was started, which has said nothing yet."""
+    member, _ = running(says=())
+    member.on_presence(there=False)
+    await asyncio.sleep(10)
+    assert not member.child.killed
+
+
+@virtual_time
+async def test_process_that_reads_commands_ends_by_one(running):
+    member, _ = running()
+    member.ask_to_stop(130)
+    assert (member.child.sent, member.child.terminated) == ([b'{"end": 130}\n'], False)
+
+
+@virtual_time
+async def test_process_that_reads_no_commands_gets_sigterm(running):
+    member, _ = running(says=())
+    member.ask_to_stop(130)
+    assert (member.child.sent, member.child.terminated) == ([], True)
 
 
 @virtual_time
