@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 
 def run(*words):
     return subprocess.run(
-        [sys.executable, "-m", "benchmarks", *words], cwd=ROOT, capture_output=True, text=True, timeout=120
+        [sys.executable, "-m", "benchmarks", *words], cwd=ROOT, capture_output=True, text=True, timeout=500
     )
 
 
@@ -31,7 +31,7 @@ def answer(question):
         return ended.stdout, json.loads(file.read_text("utf-8"))
 
 
-@pytest.mark.timeout(150)
+@pytest.mark.timeout(600)
 @pytest.mark.long
 def test_question_prints_a_table_and_writes_data():
     table, found = answer("delivery")
@@ -47,7 +47,7 @@ def test_question_prints_a_table_and_writes_data():
 
 
 @pytest.mark.parametrize("name", [each for each in QUESTIONS if each != "delivery"])
-@pytest.mark.timeout(150)
+@pytest.mark.timeout(600)
 @pytest.mark.long
 def test_every_question_has_figures_of_busflow(name):
     _, found = answer(name)
@@ -114,20 +114,20 @@ ELSEWHERE = {
 
 
 @pytest.mark.parametrize("name", QUICK_ROUNDS)
-@pytest.mark.timeout(150)
+@pytest.mark.timeout(600)
 @pytest.mark.long
 def test_benchmark_runs_one_short_round(name):
     command = [sys.executable, f"benchmarks/{name}.py", *QUICK_ROUNDS[name]]
-    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=500)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert any(map(str.isdigit, ended.stdout)), "it prints no figure"
 
 
-@pytest.mark.timeout(150)
+@pytest.mark.timeout(600)
 @pytest.mark.long
 def test_killed_nodes_of_the_humanoid_come_back():
     command = [sys.executable, "benchmarks/humanoid.py", "--kill", "--seconds", "2"]
-    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=500)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert "every message is accounted for" in ended.stdout
 

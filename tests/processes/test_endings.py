@@ -18,11 +18,11 @@ from busflow import Node, timer
 
 WAYS = [lambda: os._exit(0), lambda: os._exit(3)]
 WAYS += [lambda n=n: signal.raise_signal(n) for n in (signal.SIGTERM, signal.SIGKILL, signal.SIGSEGV)]
-LIVES = Path("lives")
+LIVES, LAST = Path("lives"), int(os.environ.get("LAST", len(WAYS)))
 
 
 def die(stage):
-    if os.environ.get("STAGE") == stage and LIVES.stat().st_size < len(WAYS):
+    if os.environ.get("STAGE") == stage and LIVES.stat().st_size < LAST:
         with LIVES.open("a") as lives:
             lives.write(".")
         WAYS[LIVES.stat().st_size - 1]()
@@ -38,12 +38,12 @@ class Dying(Node):
     @timer(hz=20)
     def work(self) -> None:
         die("run")
-        if LIVES.stat().st_size == len(WAYS):
+        if LIVES.stat().st_size == LAST:
             self.log.info("settled")
 """
 RUN = """
 processes:
-  left: {env: {STAGE: "WHEN"}, restart: {policy: POLICY, backoff: [1ms, 1ms]}}
+  left: {env: {STAGE: "WHEN", LAST: "END"}, restart: {policy: POLICY, backoff: [1ms, 1ms]}}
 nodes: {dying: {plugin: dying, process: left}}
 """
 PAGE = Path(__file__).parents[2] / "docs/processes.md"
@@ -58,15 +58,19 @@ FATES = [
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("when", ["run", "import", "start"])
-def test_every_unasked_end_is_restarted(start, project, when):
-    (project / "lives").touch()
-    text = RUN.replace("WHEN", when).replace("POLICY", "on-failure")
+@pytest.mark.parametrize(("when", "ends"), [("run", (0, 5)), ("import", (1, 2)), ("start", (3, 4))])
+def test_every_unasked_end_is_restarted(start, project, when, ends):
+    """Of each end while the nodes run; the rule is the same before that, where one end each shows it."""
+    first, last = ends
+    (project / "lives").write_text("." * first)
+    text = RUN.replace("WHEN", when).replace("END", str(last)).replace("POLICY", "on-failure")
     run = start(text, files={"plugins/dying.py": DYING})
+    for fate in FATES[first:last]:
+        run.wait_for(fate)
     run.wait_for("settled")
     assert run.end() == 130
     (left,) = [each for each in run.report()["processes"] if each["name"] == "left"]
-    assert left["fates"] == FATES
+    assert left["fates"] == FATES[first:last]
 
 
 @pytest.mark.parametrize(
@@ -75,7 +79,7 @@ def test_every_unasked_end_is_restarted(start, project, when):
 )
 def test_unasked_end_without_restart_fails_run(start, project, lives, fate):
     (project / "lives").write_text("." * lives)
-    text = RUN.replace("WHEN", "run").replace("POLICY", "never")
+    text = RUN.replace("WHEN", "run").replace("END", str(len(FATES))).replace("POLICY", "never")
     run = start(text, files={"plugins/dying.py": DYING})
     assert run.end(None) == 1
     assert [line for line in run.lines if line.startswith("error:")] == [f"error: {fate}\n"]

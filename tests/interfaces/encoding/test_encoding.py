@@ -322,7 +322,7 @@ def test_any_message_survives_and_is_encoded_as_rosbags(cls):
     if known:
         store.register(get_types_from_msg(words, msg_name))
 
-    @settings(max_examples=6, deadline=None)
+    @settings(max_examples=3, deadline=None)
     @given(messages(cls))
     def holds(message):
         data = coded.encode(message)
@@ -347,7 +347,7 @@ def test_mutated_messages_are_read_or_refused_never_crash(cls):
     """A codec and the description agree about what is a message, whatever happens to the bytes."""
     coded, read = codec(cls), decoder_from_description(describe(cls))
 
-    @settings(max_examples=6, deadline=None)
+    @settings(max_examples=3, deadline=None)
     @given(messages(cls), st.data())
     def holds(message, data):
         payload = bytearray(data.draw(st.sampled_from([coded.encode(message), big_endian(message)])))
