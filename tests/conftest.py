@@ -188,6 +188,14 @@ def runtime_folder() -> Iterator[Path]:
     shutil.rmtree(folder, ignore_errors=True)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def long_grace() -> Iterator[None]:
+    """Give runs in this process 20 s to stop: one that takes longer ends its process, and here all tests with it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("busflow.runner.graph.GRACE_S", 20.0)
+        yield
+
+
 def children() -> set[str]:
     """The living processes that this one has started, each with its command, where the system lists them."""
     found: set[str] = set()

@@ -36,7 +36,8 @@ def test_run_logs_to_stderr_and_prints_tables(capsys: Captured):
 @pytest.mark.parametrize("processes", ["file", pytest.param("auto", marks=pytest.mark.long)])
 def test_one_node_runs_without_a_file(capsys: Captured, processes: str):
     command = ["--plugin", "talker", "rate_hz:=200", "--node", "left/loud", "-r", "numbers:=/words"]
-    assert main(["run", *command, "--for", "200ms", "--report", "run.json", "--processes", processes]) == 0
+    options = ["--for", "200ms", "--report", "run.json", "--processes", processes, "--set", "shutdown.grace=20s"]
+    assert main(["run", *command, *options]) == 0
     assert " s of system time" in capsys.readouterr().out
     report = json.loads(Path("run.json").read_text())
     assert [(node["name"], node["state"]) for node in report["nodes"]] == [("/left/loud", "stopped")]

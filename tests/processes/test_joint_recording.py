@@ -15,6 +15,8 @@ from busflow.recording.bag.bag import Bag
 from busflow.testing import replay
 
 LAB1 = Path(__file__).parents[2] / "configs/lab1_processes.yaml"
+RUN_LAB1 = ["run", str(LAB1), "rate_hz:=50", "--set", "shutdown.grace=20s"]
+"""With time to stop on a busy machine: a process that is ended by force fails the run."""
 
 TOLD = """
 name: told
@@ -33,7 +35,7 @@ def payloads(bag, topic):
 @pytest.mark.long
 def test_recording_matches_report_without_duplicates(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["run", str(LAB1), "rate_hz:=50", "--for", "2s", "--record", "run.mcap", "--report", "out.json"]) == 0
+    assert main([*RUN_LAB1, "--for", "2s", "--record", "run.mcap", "--report", "out.json"]) == 0
     assert "run: " in capsys.readouterr().out.splitlines()[-1]
     report = json.loads(Path("out.json").read_text())
     assert report["recording"]["complete"]
@@ -60,7 +62,9 @@ def test_recording_matches_report_without_duplicates(tmp_path, monkeypatch, caps
 @pytest.mark.long
 def test_each_process_splits_its_own_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    Path("split.yaml").write_text(f"include: [{LAB1}]\nrecord:\n  to: run.mcap\n  split: {{duration: 300ms}}\n")
+    Path("split.yaml").write_text(
+        f"include: [{LAB1}]\nshutdown: {{grace: 20s}}\nrecord:\n  to: run.mcap\n  split: {{duration: 300ms}}\n"
+    )
     assert main(["run", "split.yaml", "--for", "1s", "--report", "out.json"]) == 0
     report = json.loads(Path("out.json").read_text())
     assert report["recording"]["complete"], report["recording"]
@@ -80,7 +84,7 @@ def test_each_process_splits_its_own_file(tmp_path, monkeypatch, capsys):
 def lab1(tmp_path_factory):
     """A recording of lab 1 in two processes."""
     folder = tmp_path_factory.mktemp("lab1")
-    assert main(["run", str(LAB1), "rate_hz:=50", "--for", "1s", "--record", str(folder / "run")]) == 0
+    assert main([*RUN_LAB1, "--for", "1s", "--record", str(folder / "run")]) == 0
     return folder / "run"
 
 
