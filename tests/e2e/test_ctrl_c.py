@@ -169,7 +169,7 @@ def test_ctrl_c_stops_nodes_and_prints_the_account(terminal: Terminal):
     assert "Traceback" not in terminal.shown
 
 
-@pytest.mark.parametrize("terminal", on_each_loop("polite"), indirect=True)
+@pytest.mark.parametrize("terminal", ["polite"], indirect=True)
 def test_sigterm_stops_the_nodes_too(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.process.send_signal(signal.SIGTERM)
@@ -177,7 +177,7 @@ def test_sigterm_stops_the_nodes_too(terminal: Terminal):
     assert "closed the device" in terminal.shown
 
 
-@pytest.mark.parametrize("terminal", on_each_loop("polite"), indirect=True)
+@pytest.mark.parametrize("terminal", ["polite"], indirect=True)
 def test_closed_terminal_stops_the_nodes_too(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.process.send_signal(signal.SIGHUP)

@@ -419,7 +419,7 @@ def test_peers_are_answered_during_start_and_end(start):
     looking = [threading.Thread(target=look) for _ in range(3)]
     for each in looking:
         each.start()
-    for _ in range(4):
+    for _ in range(2):
         program = start(FLOOD)
         program.wait_for("ready")
         code, log = program.end()
