@@ -108,7 +108,7 @@ def test_random_identifiers_replay_as_recorded(graph, node, capsys):
     """On the system's time a goal has another identifier in each run; its feedback reaches the client all the same."""
     (graph / "arm.py").write_text(QUICK_ARM)
     (graph / "boss.py").write_text(FOLLOWING_BOSS)
-    assert main(["run", "graph.yaml", "--for", "1s", "--record", "moves.mcap"]) == 0
+    assert main(["run", "graph.yaml", "--for", "2s", "--record", "moves.mcap"]) == 0
     late = "--time-tolerance=60s"  # a machine that is busy starts a run late
     assert main(["replay", "moves.mcap", "graph.yaml", "--node", node, late]) == 0
     out = capsys.readouterr().out
@@ -139,7 +139,16 @@ def test_goals_of_a_killed_client_replay_as_recorded(graph, monkeypatch, capsys)
     (graph / "run.yaml").write_text("name: moves\nplugins: [.]\nnodes:\n  arm: {plugin: arm}\n")
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
     run = Run(graph, graph, "--record", "moves.mcap")
-    command = [sys.executable, "-m", "busflow", "action", "send_goal", "arm/move", "my_robot/action/MoveTo", "--wait=9"]
+    command = [
+        sys.executable,
+        "-m",
+        "busflow",
+        "action",
+        "send_goal",
+        "arm/move",
+        "my_robot/action/MoveTo",
+        "--wait=60",
+    ]
     with ExitStack() as ended:
         ended.callback(run.process.kill)
         for times in (1, 2):

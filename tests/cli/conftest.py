@@ -35,7 +35,7 @@ class Talker(Node):
     @timer(hz="rate_hz")
     def talk(self) -> None:
         self.count += 1
-        if self.count == self.parameters.fail_at:
+        if 0 < self.parameters.fail_at <= self.count:
             raise ValueError("\\x1b[31mlost count")
         self.numbers.publish(Float64(data=float(self.count)))
 '''

@@ -118,7 +118,7 @@ def test_table_and_report_account_for_every_call(capsys: Captured):
 
 
 def test_json_logs_are_one_object_a_line(capsys: Captured):
-    assert main(["run", "talk.yaml", "--for", "50ms", "--log-format", "json"]) == 0
+    assert main(["run", "talk.yaml", "--for", "50ms", "--log-format", "json", "--watchdog", "off"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().err.splitlines()]
     assert {"node": "/listener", "event": "heard", "number": 1.0}.items() <= lines[0].items()
 

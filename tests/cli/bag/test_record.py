@@ -69,7 +69,7 @@ class TestLab:
 
     def test_between_messages_are_one_gap_fewer_than_messages(self, tmp_path, capsys):
         path = tmp_path / "run.mcap"
-        assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "700ms"]) == 0
+        assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "1s"]) == 0
         assert re.search(r"messages of 1 topic and the parameters of \d nodes? recorded", capsys.readouterr().out)
         assert main(["bag", "info", str(path), "--json"]) == 0
         answer = json.loads(capsys.readouterr().out)
@@ -81,7 +81,7 @@ class TestLab:
 
     def test_only_named_topics_are_recorded(self, tmp_path, capsys):
         path = tmp_path / "run.mcap"
-        arguments = ["-o", str(path), "imu/*", "/jiont_states", "--for", "500ms", "--json"]
+        arguments = ["-o", str(path), "imu/*", "/jiont_states", "--for", "1s", "--json"]
         assert main(["bag", "record", *arguments]) == 0
         out, err = capsys.readouterr()
         answer = json.loads(out)
@@ -94,13 +94,13 @@ class TestLab:
         [
             ("--topics imu/data joint_states", ["/imu/data", "/joint_states"]),
             ("joint_states -e state$ --exclude-regex ^/bal", ["/joint_states"]),
-            ("-e state$|^/imu --exclude-topics joint_states /imu/* --for 400ms", ["/balance_state"]),
+            ("-e state$|^/imu --exclude-topics joint_states /imu/* --for 1s", ["/balance_state"]),
             ("--regex data --exclude /balance* --topics joint_states", ["/imu/data", "/joint_states"]),
         ],
     )
     def test_topics_are_chosen_as_in_ros(self, tmp_path, monkeypatch, capsys, arguments, recorded):
         monkeypatch.chdir(tmp_path)
-        assert main(["bag", "record", "--json", "--for", "400ms", *arguments.split()]) == 0
+        assert main(["bag", "record", "--json", "--for", "1s", *arguments.split()]) == 0
         answer = json.loads(capsys.readouterr().out)
         assert answer["topics"] == recorded
         assert [re.sub("[0-9]{8}T[0-9]{6}Z", "DATE", each.name) for each in tmp_path.iterdir()] == ["imu_lab-DATE.mcap"]
@@ -127,23 +127,16 @@ class TestLab:
     def test_parts_begin_at_a_size(self, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
 
-        def publish() -> None:
-            with join() as peer, peer.advertise("/big", foreign(String)) as speaker:
-                assert speaker.wait_for_listener(60)
-                for _ in range(3):
-                    speaker.publish({"data": "x" * 200_000})
-                assert ended.wait(60)
+        def publish(speaker) -> None:
+            assert speaker.wait_for_listener(60)
+            for _ in range(3):
+                speaker.publish({"data": "x" * 200_000})
 
-        ended = threading.Event()
-        publisher = threading.Thread(target=publish)
-        publisher.start()
-        try:
-            assert (
-                main(["bag", "record", "-o", "big.mcap", "big", "-b", "100kB", "--compression", "none", "--for", "1s"])
-                == 0
-            )
-        finally:
-            ended.set()
+        options = ["-b", "100kB", "--compression", "none", "--for", "2s"]
+        with join() as peer, peer.advertise("/big", foreign(String)) as speaker:
+            publisher = threading.Thread(target=publish, args=[speaker])
+            publisher.start()
+            assert main(["bag", "record", "-o", "big.mcap", "big", *options]) == 0
             publisher.join()
         with Bag("big") as bag:
             assert [file.overview().messages for file in bag.files] == [3, 1, 1]  # the first with two nodes' parameters
@@ -161,7 +154,7 @@ class TestLab:
 
     def test_the_parameters_of_the_beginning_are_recorded(self, tmp_path):
         path = tmp_path / "run.mcap"
-        assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "500ms"]) == 0
+        assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "1s"]) == 0
         with join() as peer:
             rows = parameters_of(peer, "imu_publisher")
         with Bag(path) as bag:
@@ -184,7 +177,7 @@ class TestLab:
                 str(peer.session.info.zid()), 0, 99, TokenKind.PUBLISHER, "/", "stranger", "/outside", *BOOL, qos
             )
             with peer.session.liveliness().declare_token(str(end)):
-                assert main(["bag", "record", "-o", str(path), "--all", "--for", "500ms"]) == 0
+                assert main(["bag", "record", "-o", str(path), "--all", "--for", "1s"]) == 0
         assert "Traceback" not in capsys.readouterr().err
         with Bag(path) as bag:
             assert bag.complete
