@@ -23,7 +23,7 @@ __all__ = ["built_page"]
 
 ROOT = Path(__file__).parents[3]
 AXE = ROOT / "ui/page/node_modules/axe-core/axe.min.js"
-PATIENCE_MS = 30_000
+PATIENCE_MS = 60_000
 MARKUP = '<img src=x onerror="document.title=1"><b>bold</b> \u202egnp.exe'
 OPTIONS = [
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--disable-background-networking"),
