@@ -153,7 +153,9 @@ def crossings() -> None:
             paced = asyncio.run(send(kind, size, max(30, int(rate * SECONDS)), rate))
             count = 20_000 if size < 10_000 else 2_000 if size < 100_000 else 100
             fast = asyncio.run(send(kind, size, 30 if QUICK else count, None))
-            found[kind] = (median(paced["late_us"]), quantiles(paced["late_us"], n=100)[98], fast["rate"], fast["lost"])
+            late_us = paced["late_us"]
+            p99 = quantiles(late_us, n=100)[98] if len(late_us) > 1 else late_us[0]  # the others may be lost
+            found[kind] = (median(late_us), p99, fast["rate"], fast["lost"])
         ours, theirs = found["busflow"], found["zenoh"]
         row = (*ours[:2], *theirs[:2], ours[0] / theirs[0], ours[2], theirs[2], ours[2] / theirs[2], ours[3], theirs[3])
         print(f"{name:8}" + "".join(f"{value:11.2f}" if value < 100 else f"{value:11.0f}" for value in row))

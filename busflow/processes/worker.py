@@ -120,8 +120,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
     Raises:
         LaunchError: a node that could be built in the main process cannot be built here.
     """
-    own = tuple(node for node in description.nodes if node.full_name in assignment.nodes)
-    part = replace(description, nodes=own)
+    part = replace(description, nodes=tuple(node for node in description.nodes if node.full_name in assignment.nodes))
     graph = Graph(
         [part],
         seed=assignment.seed,
@@ -200,9 +199,9 @@ class _Part(Extension):
     async def surround(self) -> AsyncGenerator[None]:
         """Wait for the others before the nodes start, and report until they have ended."""
         barrier = self._membership.barrier
-        self._send_report()  # before the main process sees it: from now on it gets commands
-        barrier.begin()
         reporting = asyncio.create_task(self._report(), name="busflow.report")
+        await asyncio.sleep(0)  # it reports before the main process sees this one, and gets commands from then on
+        barrier.begin()
         with self._graph.clock.wall_timeout(_PATIENCE_S):
             await barrier.passed(self._others, unless=self._graph.ending)
         yield
@@ -216,7 +215,7 @@ class _Part(Extension):
 
     def order_carried_out(self) -> None:
         """Report at once: if this process is killed now, its next life must know which nodes stay stopped."""
-        self._send_report()
+        self._writer.send(report=_report_data(self._graph, self._writer))
 
     def end(self) -> None:
         """Leave the run."""
@@ -224,12 +223,9 @@ class _Part(Extension):
 
     async def _report(self) -> None:
         while True:
+            debugged = sys.gettrace() is not None or "pydevd" in sys.modules
+            self._writer.send(report=_report_data(self._graph, self._writer), debugged=debugged)
             await self._graph.clock.sleep(_REPORT_S)
-            self._send_report()
-
-    def _send_report(self) -> None:
-        debugged = sys.gettrace() is not None or "pydevd" in sys.modules
-        self._writer.send(report=_report_data(self._graph, self._writer), debugged=debugged)
 
 
 def _network(graph: Graph, assignment: Assignment) -> Network | None:

@@ -269,8 +269,7 @@ class WorkerProcess:
 
     def send_command(self, **values: Any) -> bool:
         """Send a command to the process, such as one for a snapshot; return False if it does not run."""
-        runs = self._last_message_s is not None and self.state in {MemberState.RUNNING, MemberState.HANGS}
-        if self.child is None or not runs:
+        if self.child is None or self.state is MemberState.STARTING or self._last_message_s is None:
             return False
         self.child.send(json.dumps(values).encode() + b"\n")
         return True
@@ -297,9 +296,7 @@ class WorkerProcess:
             asyncio.get_running_loop().call_later(_EXIT_S, self._check_for_hang, self.child)
 
     def _check_for_hang(self, child: Child) -> None:
-        if self.child is not child or not self._has_no_token or self._stopping.is_set():
-            return
-        if self._last_message_s is None:
+        if self.child is not child or not self._has_no_token or self._stopping.is_set() or self._last_message_s is None:
             return
         # A recent message shows that the process lives: its token is gone because the main process stood still, or the
         # link broke.

@@ -189,6 +189,7 @@ def test_kept_messages_come_once_after_a_broken_link(start: Callable, two: str):
         assert line["dropped"] == 0
 
 
+@pytest.mark.timeout(400)
 @pytest.mark.long
 def test_viewer_with_read_rights_cannot_change_anything(start: Callable, two: str, tmp_path: Path):
     main, arm = start(two, machine="main"), start(two, machine="arm")

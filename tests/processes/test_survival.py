@@ -127,11 +127,13 @@ def test_process_ended_by_force_fails_the_run(start):
         grace="750ms",
     )
     assert run.end(None) == 1
-    fate = "the process far did not stop in time, and had to end itself"
-    assert [each["level"] for each in run.log() if each["event"] == fate] == ["error"]
-    assert any("did not end within" in line and "stuck.py" in line for line in run.lines)
     (far,) = [each for each in run.report()["processes"] if each["name"] == "far"]
-    assert (run.report()["exit_code"], far["state"], far["fates"]) == (1, "failed", [fate])
+    assert (run.report()["exit_code"], far["state"], len(far["fates"])) == (1, "failed", 1)
+    (fate,) = far["fates"]
+    assert [each["level"] for each in run.log() if each["event"] == fate] == ["error"]
+    if fate != "the process far was ended by SIGKILL, since it did not stop in time":  # as on a busy machine
+        assert fate == "the process far did not stop in time, and had to end itself"
+        assert any("did not end within" in line and "stuck.py" in line for line in run.lines)
 
 
 PACED = """
