@@ -677,7 +677,7 @@ async def test_endless_stop_does_not_keep_others_from_stopping():
             stopped.append("clean")
 
     lab = harness(Clean, Stuck)
-    with pytest.raises(NodeFailed, match=r"/stuck did not stop within 0\.75 s, and is given up"):
+    with pytest.raises(NodeFailed, match=r"/stuck did not stop within \S+ s, and is given up"):
         async with lab:
             pass
     assert stopped == ["clean"]
