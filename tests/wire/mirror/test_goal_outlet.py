@@ -168,13 +168,17 @@ def test_flood_of_feedback_is_accounted_for():
         async with watcher.move.send(MoveTo.Goal(angle=20_000), depth=3) as going:
             assert (await going.result()).angle == 20_000
             left = [each.left async for each in going]
-        async with watcher.move.send(MoveTo.Goal(angle=1)) as going:  # by whose number a gap before it is seen
-            assert [each.left async for each in going] == [0]
+        goals, last = 0, []
+        while not last:  # on a busy machine the feedback may come later after the result than a client waits for it
+            async with watcher.move.send(MoveTo.Goal(angle=1)) as going:  # by whose number a gap before it is seen
+                last = [each.left async for each in going]
+            goals += 1
+        assert last == [0]
         feedback = watcher.move.ends.feedback.statistics()
         (topic,) = [each for each in graph.report().topics if each.name == "/flood/move/_action/feedback"]
         assert len(left) >= 3
         assert left == sorted(left)
-        assert feedback.delivered + feedback.dropped + topic.losses.get("lost", 0) == 20_001
+        assert feedback.delivered + feedback.dropped + topic.losses.get("lost", 0) == 20_000 + goals
         assert 0 < watcher.move.statistics().feedback_dropped <= feedback.delivered - len(left) - 1
 
     talk(conversation, Watcher)
