@@ -216,5 +216,5 @@ def test_verbs_and_doctor_look_at_a_run(stand: Callable[..., Any], monkeypatch: 
     for start in WRONG:
         assert any(text.startswith(start) for text in texts), texts
     assert not any("no publisher" in text for text in texts)
-    assert main(["tf", "echo", "odom", "nowhere", "--timeout", "300ms"]) == 1
+    assert main(["tf", "echo", "odom", "nowhere", "--timeout", "2s"]) == 1
     assert "there is no frame 'nowhere'" in capsys.readouterr().err

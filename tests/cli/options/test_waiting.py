@@ -36,10 +36,10 @@ def test_what_comes_in_time_is_found(capsys: Captured):
 @pytest.mark.parametrize(
     "command",
     [
-        "topic echo imu/dta --wait 50ms",
-        "topic hz --wait 50ms imu/data imu/dta",
-        "topic bw imu/dta --wait=50ms",
-        "topic delay imu/dta --wait 0.05 --json",
+        "topic echo imu/dta --wait 1s",
+        "topic hz --wait 1s imu/data imu/dta",
+        "topic bw imu/dta --wait=1s",
+        "topic delay imu/dta --wait 1 --json",
         "topic hz imu/dta",
     ],
 )
