@@ -419,8 +419,7 @@ class ProcessGroup(Extension):
         if finished and not code:
             self._graph.end_if_finished()
             return
-        known = {int(each): each for each in ExitCode}
-        self._graph.ask_to_stop(known.get(code, ExitCode.FAILED))
+        self._graph.ask_to_stop(next((each for each in ExitCode if each == code), ExitCode.FAILED))
 
     def _about(self) -> Mapping[str, Any]:
         """Return facts about the worker processes and machines, which may be unable to answer themselves."""

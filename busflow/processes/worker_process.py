@@ -300,7 +300,8 @@ class WorkerProcess:
             return
         # A recent message shows that the process lives: its token is gone because the main process stood still, or the
         # link broke.
-        if self._owner.seconds() - self._last_message_s < _SILENT_S:
+        patience_s = _SILENT_S * (10 if self._end else 1)  # after its last message it has the session and Python to end
+        if self._owner.seconds() - self._last_message_s < patience_s:
             asyncio.get_running_loop().call_later(_SILENT_S, self._check_for_hang, child)
             return
         self._hang(child, "it is stopped (SIGSTOP), or has no time to answer")

@@ -104,6 +104,17 @@ async def test_token_of_the_former_life_kills_no_start(running):
 
 
 @virtual_time
+async def test_process_that_reported_its_end_has_time(running):
+    member, _ = running()
+    member.on_message({"report": {"nodes": []}, "end": {"exit_code": 0}})
+    member.on_presence(there=False)
+    await asyncio.sleep(5)
+    assert not member.child.killed
+    await asyncio.sleep(10)
+    assert member.child.killed, "one that never exits"
+
+
+@virtual_time
 async def test_process_that_reads_commands_ends_by_one(running):
     member, _ = running()
     member.ask_to_stop(130)

@@ -240,7 +240,7 @@ def in_little_memory(path):
         "from busflow.recording.bag.bag import Bag\n"
         "bag = Bag(sys.argv[1]); print(sum(1 for _ in bag.entries()), bag.damage)"
     )
-    done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, text=True, timeout=170)
     assert done.returncode == 0, done.stderr
     count, _, damage = done.stdout.partition(" ")
     return int(count), damage
