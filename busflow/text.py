@@ -1,6 +1,5 @@
 """Text for people: escaped control characters, counts with their noun, suggestions for misspelt words."""
 
-import difflib
 import re
 from collections.abc import Iterable, Sequence
 from itertools import islice
@@ -87,6 +86,8 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
     same = [each for each in candidates if _SEPARATOR.split(each)[-1].casefold() == last]
     if len(same) == 1:  # with two, a bare name may mean either
         return same[0]
+    import difflib  # here, as it is needed for errors alone
+
     found = difflib.get_close_matches(word, candidates[:_COMPARED], _TRIED, cutoff=_ALIKE)
     return next((each for each in found if _alike(_SEPARATOR.split(word), _SEPARATOR.split(each))), None)
 
@@ -97,6 +98,8 @@ def _alike(one: list[str], two: list[str]) -> bool:
         one, two = one[1:], two[1:]
     while one and two and one[-1] == two[-1]:
         one, two = one[:-1], two[:-1]
+    import difflib
+
     return not (one and two) or difflib.SequenceMatcher(None, "/".join(one), "/".join(two)).ratio() >= _ALIKE
 
 

@@ -91,7 +91,7 @@ class NodeKeys(Repeatable, DefaultKeys):
     )
     namespace: str | None = Field(default=None, description="Put before the node's name and its relative topics.")
     parameters_from: str | list[str] = Field(
-        default_factory=list, description="YAML files with parameters, under those stated here."
+        default_factory=list[str], description="YAML files with parameters, under those stated here."
     )
 
 
@@ -363,9 +363,9 @@ class ProfileKeys(GraphKeys):
     """Changes to a launch file when the profile is chosen."""
 
     name: str | None = Field(default=None, min_length=1, description="The run's name; by default the file's.")
-    plugins: list[str] = Field(default_factory=list, description="Folders of plugins, relative to this file.")
+    plugins: list[str] = Field(default_factory=list[str], description="Folders of plugins, relative to this file.")
     interfaces: list[str] = Field(
-        default_factory=list,
+        default_factory=list[str],
         description="Folders of .msg, .srv and .action files, or of packages of them, relative to this file.",
     )
     args: dict[str, Any] = Field(default_factory=dict, description="Other defaults, choices or ranges of arguments.")

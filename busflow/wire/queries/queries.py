@@ -25,7 +25,6 @@ from busflow.wire.queries.logs import DEPTH, LogBook, ParameterLog
 from busflow.wire.queries.meter import Meters
 from busflow.wire.queries.parameter_services import ParameterServices
 from busflow.wire.queries.server import Question, WithMessages
-from busflow.wire.queries.type_services import TypeServices
 from busflow.wire.zenoh.keys import Attachment
 
 if TYPE_CHECKING:
@@ -196,8 +195,11 @@ class Questions:
         types: dict[str, type[ServiceType]] = {name: service.type for name, service in services.items()}
         for unit in self._graph.units:
             own = LoggerServices(self._graph.log, unit.name).all()
-            described = TypeServices(self._graph.bus, self._supports, unit.name).all() if self._is_for_ros2 else ()
-            offered = (*ParameterServices(unit.runtime.parameters).all(), *own, *described)
+            offered = [*ParameterServices(unit.runtime.parameters).all(), *own]
+            if self._is_for_ros2:
+                from busflow.wire.queries.type_services import TypeServices  # as in wire/mirror/services.py
+
+                offered += TypeServices(self._graph.bus, self._supports, unit.name).all()
             types |= {name: service_type for name, service_type, _ in offered}
         return {
             name: {

@@ -13,11 +13,9 @@ a session works without Zenoh.
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import json
 import os
 import re
-import socket
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -84,9 +82,11 @@ def require_unix_sockets(otherwise: str = "") -> None:
     Raises:
         InspectionUnavailable: The platform lacks them, as Windows does.
     """
-    if not hasattr(socket, "AF_UNIX") or importlib.util.find_spec("fcntl") is None:
+    try:
+        importlib.import_module("fcntl")  # Windows has neither this module nor such sockets
+    except ImportError:
         what = "this platform has no sockets that only one user can open, which connect terminals and processes"
-        raise InspectionUnavailable(f"{what}: use Linux, or WSL on Windows{otherwise}")
+        raise InspectionUnavailable(f"{what}: use Linux, or WSL on Windows{otherwise}") from None
 
 
 def require_zenoh() -> None:
