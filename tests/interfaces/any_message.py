@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import pytest
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
@@ -34,3 +35,30 @@ def values_of(field):
 def messages(cls):
     """Messages of a class, each field with a value that it can hold."""
     return st.builds(cls, **{field.name: values_of(field) for field in fields_of(cls)})
+
+
+EVERY_KIND = {
+    "control_msgs/action/FollowJointTrajectory_Goal",
+    "example_interfaces/msg/WString",
+    "rcl_interfaces/msg/ParameterValue",
+    "sensor_msgs/msg/Imu",
+    "sensor_msgs/msg/PointCloud2",
+    "std_msgs/msg/Header",
+}
+"""Types with fields of every kind; the others, which combine the same kinds, belong to the long tests."""
+
+
+def by_group(types):
+    """The classes in groups, as a test's parameters: those with every kind of field, and all of each package."""
+    packages = sorted({name.partition("/")[0] for name in types})
+    return [
+        pytest.param([types[name] for name in sorted(EVERY_KIND)], id="every kind of field"),
+        *(
+            pytest.param(
+                [cls for name, cls in types.items() if name.startswith(f"{package}/")],
+                id=package,
+                marks=pytest.mark.long,
+            )
+            for package in packages
+        ),
+    ]

@@ -36,7 +36,7 @@ from busflow.interfaces.message import (
     type_name,
 )
 from busflow.runner.service_events import event_class
-from tests.interfaces.any_message import messages
+from tests.interfaces.any_message import by_group, messages
 from tests.new_interpreter import printed_by
 
 PACKAGES = sorted(module.name for module in pkgutil.iter_modules(busflow.msgs.__path__))
@@ -66,6 +66,7 @@ HASHES = {name: case["rihs01"] for name, case in CASES.items() if "rihs01" in ca
 ZEROS = {"bool": False, "string": "", "wstring": "", "float64": 0.0, "float32": 0.0}
 
 each_package = pytest.mark.parametrize("package", PACKAGES)
+each_group = pytest.mark.parametrize("group", by_group(ALL))
 
 
 def types_of(package, types):
@@ -172,14 +173,14 @@ def test_type_is_found_by_full_and_short_name():
         assert find_type(f"{package}/{word}") in TYPES
 
 
-@each_package
-def test_any_message_survives_dump_json_and_pickle(package):
-    for cls in types_of(package, ALL):
+@each_group
+def test_any_message_survives_dump_json_and_pickle(group):
+    for cls in group:
         check_survival(cls)
 
 
 def check_survival(cls):
-    @settings(max_examples=5, deadline=None)
+    @settings(max_examples=5)
     @given(messages(cls))
     def holds(message):
         assert cls.model_validate(message.model_dump()) == message
