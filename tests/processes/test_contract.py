@@ -1,9 +1,6 @@
 """Two nodes notice nothing of where they are: every pair is run in one process and in two."""
 
 import json
-import os
-import subprocess
-import sys
 from collections import defaultdict
 
 import pytest
@@ -268,37 +265,6 @@ from busflow.msgs.std_srvs import SetBool, Trigger
 """
 
 
-PLACEMENTS = pytest.mark.parametrize("apart", [False, True], ids=["together", "apart"])
-
-
-def launch_file(apart):
-    return f"""
-processes: {{other: {{}}}}
-nodes:
-  second: {{plugin: "pair:Second"}}
-  first: {{plugin: "pair:First", restart: on-failure{", process: other" if apart else ""}}}
-"""
-
-
-@PLACEMENTS
-def test_pairs_behave_alike_wherever_they_run(start, apart):
-    """All pairs at once, each in a namespace of its own: a run of two processes takes long to start."""
-    nodes = [
-        f"  {pair}_{name}: {{plugin: 'pair_{pair}:{name}', namespace: {pair}{more}}}\n"
-        for pair in PAIRS
-        for name, more in (
-            ("Second", ""),
-            ("First", f", restart: on-failure{', process: other' if apart else ''}"),
-        )
-    ]
-    files = {f"plugins/pair_{pair}.py": f"{IMPORTS}{source}" for pair, source in PAIRS.items()}
-    run = start(f"processes: {{other: {{}}}}\nnodes:\n{''.join(nodes)}", files=files)
-    for pair in PAIRS:
-        run.wait_for('"event": "holds"', f'"node": "/{pair}/')
-        run.wait_for('"event": "holds"', f'"node": "/{pair}/', '"what": true')
-    run.end()
-
-
 TUNED = """
 from busflow.msgs.rcl_interfaces import ParameterEvent
 
@@ -332,26 +298,6 @@ class Second(Node):
 """
 
 
-@PLACEMENTS
-def test_parameters_are_set_read_and_announced(start, monkeypatch, capsys, apart):
-    run = start(launch_file(apart), files={"plugins/pair.py": f"{IMPORTS}{TUNED}"})
-    run.wait_for("ready")
-    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
-    assert main(["param", "set", "first", "gain", "-1"]) == 1
-    assert "gain must be at least 0" in capsys.readouterr().err
-    assert main(["param", "set", "first", "gain", "2.5", "label", "b"]) == 0
-    run.wait_for("heard of", "/first gain 2.5")
-    run.wait_for("follows", "3.5")
-    capsys.readouterr()
-    assert main(["param", "get", "first", "gain"]) == 0
-    assert capsys.readouterr().out == "Double value is: 2.5\n"
-    get = ["/first/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [gain, label]}"]
-    assert main(["service", "call", *get]) == 0
-    assert "double_value=2.5" in (out := capsys.readouterr().out)
-    assert "string_value='b'" in out
-    run.end()
-
-
 SEEN = """
 class First(Node):
     numbers = publisher(Int64, "numbers")
@@ -378,22 +324,72 @@ class Second(Node):
 """
 
 
-@PLACEMENTS
-def test_clock_seed_and_statistics_agree(start, apart):
-    run = start(launch_file(apart), "--seed", "7", files={"plugins/pair.py": f"{IMPORTS}{SEEN}"})
+def process_of(name, apart):
+    """Where a node of a pair runs: the first, if apart, in a process of its own."""
+    return f", restart: on-failure{', process: other' if apart else ''}" if name == "First" else ""
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["together", "apart"])
+def run(start_for_all, request):
+    """All pairs at once, each in a namespace of its own: a run of two processes takes long to start."""
+    sources = {**PAIRS, "tuned": TUNED, "seen": SEEN}
+    nodes = [
+        f"  {pair}_{name}: {{plugin: 'pair_{pair}:{name}', namespace: {pair}{process_of(name, request.param)}}}\n"
+        for pair in sources
+        for name in ("Second", "First")
+    ]
+    files = {f"plugins/pair_{pair}.py": f"{IMPORTS}{source}" for pair, source in sources.items()}
+    run = start_for_all(f"processes: {{other: {{}}}}\nnodes:\n{''.join(nodes)}", "--seed", "7", files=files)
+    yield run
+    assert run.end() == 130
+
+
+@pytest.fixture
+def command(run, monkeypatch, capsys):
+    """Runs a command that looks into the run, and returns its exit code and what it prints."""
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+
+    def answer(*words):
+        return main(words), "".join(capsys.readouterr())
+
+    return answer
+
+
+def test_pairs_behave_alike_wherever_they_run(run):
+    for pair in PAIRS:
+        run.wait_for('"event": "holds"', f'"node": "/{pair}/')
+        run.wait_for('"event": "holds"', f'"node": "/{pair}/', '"what": true')
+
+
+def test_parameters_are_set_read_and_announced(run, command):
+    run.wait_for("ready", '"node": "/tuned/')
+    code, printed = command("param", "set", "/tuned/tuned_First", "gain", "-1")
+    assert code == 1
+    assert "gain must be at least 0" in printed
+    assert command("param", "set", "/tuned/tuned_First", "gain", "2.5", "label", "b")[0] == 0
+    run.wait_for("heard of", "/tuned/tuned_First gain 2.5")
+    run.wait_for("follows", "3.5")
+    assert command("param", "get", "/tuned/tuned_First", "gain") == (0, "Double value is: 2.5\n")
+    get = ["/tuned/tuned_First/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [gain, label]}"]
+    code, printed = command("service", "call", *get)
+    assert code == 0
+    assert "double_value=2.5" in printed
+    assert "string_value='b'" in printed
+
+
+def test_clock_seed_and_statistics_agree(run, command):
     run.wait_for("has all")
     draws = {each["node"]: each["drawn"] for each in run.log() if each["event"] == "draws"}
-    assert draws == {name: int(Rng(7, name).integers(1 << 40)) for name in ("/first", "/second")}
+    nodes = ("/seen/seen_First", "/seen/seen_Second")
+    assert draws == {name: int(Rng(7, name).integers(1 << 40)) for name in nodes}
     moments = [each["at"] for each in run.log() if each["event"] == "draws"]
     assert max(moments) - min(moments) < PATIENCE_NS, "both go by the time of the machine"
-    command = [sys.executable, "-m", "busflow", "topic", "stats", "numbers", "--json"]
-    environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(run.runtime)}
-    told = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, check=True).stdout
-    (topic,) = json.loads(told)["topics"]
+    code, printed = command("topic", "stats", "/seen/numbers", "--json")
+    assert code == 0
+    (topic,) = json.loads(printed)["topics"]
     assert topic["published"] == 100
     (line,) = topic["subscriptions"]
-    assert (line["node"], line["published"], line["delivered"], line["dropped"]) == ("/second", 100, 100, 0)
-    run.end()
+    assert (line["node"], line["published"], line["delivered"], line["dropped"]) == (nodes[1], 100, 100, 0)
 
 
 KEPT = """
@@ -432,7 +428,11 @@ class Second(Node):
 def recorded(start, apart):
     """By topic, what a run of the two has recorded, in order."""
     name = "apart" if apart else "together.mcap"
-    run = start(launch_file(apart), "--record", name, files={"plugins/pair.py": f"{IMPORTS}{KEPT}"})
+    nodes = "".join(
+        f"  {each.lower()}: {{plugin: 'pair:{each}'{process_of(each, apart)}}}\n" for each in ("Second", "First")
+    )
+    text = f"processes: {{other: {{}}}}\nnodes:\n{nodes}"
+    run = start(text, "--record", name, files={"plugins/pair.py": f"{IMPORTS}{KEPT}"})
     run.wait_for("has all")
     assert run.end() == 130
     found = defaultdict(list)
