@@ -239,17 +239,17 @@ def test_into_a_run_that_is_there(capsys, bag, listen, start_run):
     assert sum("heard" in line for line in run.lines) == 100
 
 
-def test_foreign_topics_are_left_out_of_playing(capsys, tmp_path, listen, start_run):
+@pytest.mark.usefixtures("lab")
+def test_foreign_topics_are_left_out_of_playing(capsys, tmp_path):
     path = write_bytes(
         tmp_path / "foreign.mcap",
         [
-            ("/numbers", "cdr", "std_msgs/msg/Float64", b"float64 data\n", {1: bytes([0, 1, *[0] * 10])}),
+            ("/outside", "cdr", "std_msgs/msg/Float64", b"float64 data\n", {1: bytes([0, 1, *[0] * 10])}),
             ("/foreign", "protobuf", "", b"", {2: b"abc"}),
             ("/no_type", "json", "", b"", {3: b"{}"}),
         ],
     )
-    start_run(listen, "listen.yaml").wait_for("ready")
-    for run in ([], ["--run", "listen"]):
+    for run in ([], ["--run", "imu_lab"]):
         assert main(["bag", "play", path, *run]) == 0
         out, err = capsys.readouterr()
         assert out == f"{path}: 1 message played\n"
@@ -259,13 +259,13 @@ def test_foreign_topics_are_left_out_of_playing(capsys, tmp_path, listen, start_
         assert "/foreign, without a type, is encoded as 'protobuf'" in capsys.readouterr().err
 
 
-def test_a_topic_of_another_type_there_is_refused(capsys, bag, tmp_path, listen, start_run):
-    start_run(listen, "listen.yaml").wait_for("ready")
-    assert main(["bag", "play", bag, "--run", "listen", "--remap", "nmbers:=others"]) == 4
-    path = write(tmp_path / "wrong.mcap", [("/numbers", Int64(data=1), 0)])
-    assert main(["bag", "play", path, "--run", "listen"]) == 2
-    assert "/numbers has the type std_msgs/msg/Float64 in the run, and was recorded as" in capsys.readouterr().err
-    assert main(["bag", "play", path, "--run", "listen", "--remap", "numbers:=others"]) == 0
+@pytest.mark.usefixtures("lab")
+def test_a_topic_of_another_type_there_is_refused(capsys, tmp_path):
+    path = write(tmp_path / "wrong.mcap", [("/imu/data", Int64(data=1), 0)])
+    assert main(["bag", "play", path, "--run", "imu_lab", "--remap", "imu/dta:=others"]) == 4
+    assert main(["bag", "play", path, "--run", "imu_lab"]) == 2
+    assert "/imu/data has the type sensor_msgs/msg/Imu in the run, and was recorded as" in capsys.readouterr().err
+    assert main(["bag", "play", path, "--run", "imu_lab", "--remap", "imu/data:=others"]) == 0
 
 
 def test_a_run_follows_the_clock_of_a_recording(tmp_path, project, start_run):
