@@ -59,6 +59,19 @@ async def test_idle_subscription_is_woken_by_the_next_message(make_bench, kind, 
         assert values == list(range(value + 3))
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@virtual_time
+async def test_delivery_lets_waiting_sends_go_on(make_bench, kind):
+    bench, values = make_bench(), []
+    publisher = bench.publisher()
+    receiving(bench, kind, values, depth=1, overflow=Overflow.BLOCK)
+    async with asyncio.TaskGroup() as sends:
+        for value in range(5):
+            sends.create_task(publisher.send(Int64(data=value)))
+    await settle()
+    assert values == [0, 1, 2, 3, 4]
+
+
 @virtual_time
 async def test_busy_subscription_does_not_delay_others(make_bench):
     bench, values, free = make_bench(), {"plain": [], "async": [], "pulled": []}, asyncio.Event()

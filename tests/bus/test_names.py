@@ -58,6 +58,12 @@ def test_name_fault_has_kind_and_index(case):
             assert fault.index == case["invalid_index"]
 
 
+def test_relative_name_starts_with_no_digit():
+    fault = names.topic_name_fault("7_up")
+    assert fault is not None
+    assert (fault.kind, fault.index) == ("token_starts_with_number", 0)
+
+
 @pytest.mark.parametrize("case", cases("is_hidden"))
 def test_part_with_leading_underscore_hides_a_name(case):
     assert names.is_hidden(case["input"]) == case["expect"]
