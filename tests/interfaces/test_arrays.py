@@ -6,7 +6,7 @@ from array import array as machine_array
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 from pydantic_core import PydanticCustomError
@@ -294,7 +294,6 @@ def test_nan_equals_nan_and_zero_its_negative():
     assert not same(np.array([1.0]), np.array([1.0, 1.0]))
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(npst.arrays(st.sampled_from([*INTEGERS, *FLOATS, "bool"]), npst.array_shapes(max_dims=3, max_side=3)))
 def test_freezing_keeps_the_values_and_the_type(value):
     made = frozen(value)
@@ -304,7 +303,6 @@ def test_freezing_keeps_the_values_and_the_type(value):
     assert frozen(made) is made
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(st.sampled_from(INTEGERS), st.lists(st.integers(-(2**64), 2**64), max_size=4))
 def test_integers_are_accepted_exactly_within_numpy_s_range(dtype, values):
     bounds = np.iinfo(dtype)
@@ -314,7 +312,6 @@ def test_integers_are_accepted_exactly_within_numpy_s_range(dtype, values):
         refuse(dtype, values)
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(st.lists(st.floats(), max_size=4))
 def test_lists_and_arrays_of_floats_round_alike(values):
     narrow = [value for value in values if not math.isfinite(value) or abs(value) < 3.4028235677973366e38]

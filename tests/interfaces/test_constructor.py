@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import Field, create_model, model_validator
 
@@ -86,7 +86,6 @@ def test_each_value_is_taken_as_pydantic_takes_it(name, value):
         assert Everything.model_validate_json(made.model_dump_json()) == Everything.model_validate(made.model_dump())
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(st.fixed_dictionaries({}, optional={name: st.sampled_from(values) for name, values in GIVEN.items()}))
 def test_several_values_are_taken_as_pydantic_takes_them(values):
     assert outcome(lambda: Everything(**values)) == outcome(lambda: Everything.model_validate(values))

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Optional, TypeVar
 import numpy as np
 import pytest
 from annotated_types import Ge
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError, create_model
@@ -190,7 +190,6 @@ def test_a_number_that_float32_cannot_hold_is_refused(value):
     assert "float32" in refuse(float32, value)["msg"]
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(st.floats(width=32))
 def test_a_float32_is_kept_as_it_is(value):
     assert struct.pack("f", round_float32(value)) == struct.pack("f", value)

@@ -14,7 +14,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationError, field_validator
 from pydantic.version import version_short
@@ -230,7 +230,6 @@ def test_a_missing_field_is_an_attribute_error():
 floats = st.floats() | st.integers(-(2**53), 2**53) | st.booleans() | st.text(max_size=2) | st.none()
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(st.dictionaries(st.sampled_from(["x", "y", "z", "w", "covariance"]), floats))
 def test_the_constructor_and_validation_accept_the_same(values):
     def outcome(make):

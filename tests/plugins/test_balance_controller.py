@@ -4,7 +4,7 @@ from math import inf, nan
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.errors import InvalidParameter
@@ -48,7 +48,6 @@ def test_pitch_at_its_target_is_left_alone():
 
 
 @given(pitch=angles, speed=angles, limit=st.floats(0, 1.5))
-@settings(max_examples=50, deadline=None)
 def test_joints_keep_to_their_limit(pitch, speed, limit):
     ankle, hip = commanded(pitch, speed, ankle={"p": 5.0, "d": 5.0, "max_angle": limit})
     assert abs(ankle) <= limit

@@ -5,7 +5,7 @@ from math import inf, nan
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow import Time
@@ -84,7 +84,6 @@ def test_proportion_and_change_add_up():
 
 
 @given(sent=balances, p=st.floats(0, 10), d=st.floats(0, 10), angle=st.floats(0, 1.5), speed=st.floats(0, 20))
-@settings(max_examples=50, deadline=None)
 def test_joints_keep_to_angle_and_speed_limits(sent, p, d, angle, speed):
     ankles = [ankle for ankle, _ in commanded(*sent, ankle={"p": p, "d": d, "max_angle": angle, "max_speed": speed})]
     assert len(ankles) == len(sent)

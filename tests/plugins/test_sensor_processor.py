@@ -3,7 +3,7 @@
 from math import cos, pi, sin, sqrt
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow import SENSOR_DATA
@@ -51,7 +51,6 @@ async def lines_about(joints, **parameters):
 
 
 @given(acceleration=vectors, rotation=vectors)
-@settings(max_examples=50, deadline=None)
 def test_balance_follows_its_formula(acceleration, rotation):
     expected = (abs(acceleration.y) + sqrt(rotation.x**2 + rotation.y**2 + rotation.z**2)) / 2
     ((balance, stability),) = metrics(imu_of(acceleration, rotation))
@@ -71,7 +70,6 @@ def test_balance_at_rest_and_in_a_fall():
 
 
 @given(pitch=st.floats(-pi / 2, pi / 2), heading=st.floats(-pi, pi))
-@settings(max_examples=50, deadline=None)
 def test_pitch_is_signed_whatever_the_heading(pitch, heading):
     @virtual_time
     async def published():

@@ -5,7 +5,7 @@ from math import sin
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow import SENSOR_DATA, BusflowError, Time
@@ -61,7 +61,6 @@ def test_a_rate_of_zero_is_silence(topic, message_type):
 
 
 @given(noise=st.floats(min_value=0, max_value=10), seed=st.integers(min_value=0, max_value=2**32))
-@settings(max_examples=20, deadline=None)
 def test_the_imu_stays_within_its_noise(noise, seed):
     for _, imu in messages(Imu, "imu/data", 2, seed=seed, noise={"imu": noise}):
         acceleration, rotation = imu.linear_acceleration, imu.angular_velocity

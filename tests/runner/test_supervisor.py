@@ -5,7 +5,7 @@ from contextlib import nullcontext, suppress
 
 import anyio
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow import Graph, Message, Node, NodeFailed, publisher, subscription, timer
@@ -388,7 +388,6 @@ async def enter_and_leave(graph, leaving):
                 await graph.wait()
 
 
-@settings(deadline=None, max_examples=60)
 @given(scripts=st.lists(LIVES, min_size=1, max_size=3), leaving=LEAVING, seed=st.one_of(st.none(), st.integers(0, 9)))
 def test_each_node_stops_once_whatever_happens(scripts, leaving, seed):
     @virtual_time(seed=seed)

@@ -5,7 +5,7 @@ import socket
 
 import anyio
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow import Node, Parameters, QoS, publisher, subscription, timer
@@ -541,7 +541,6 @@ STEPS = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None)
 @given(STEPS)
 def test_the_ledger_is_balanced_after_whatever_harm(steps):
     @virtual_time

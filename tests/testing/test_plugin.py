@@ -18,7 +18,7 @@ import asyncio
 
 import anyio
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow import Node, publisher, timer
@@ -64,7 +64,6 @@ def test_explored():
 
 
 @pytest.mark.virtual_time
-@settings(deadline=None, max_examples=20)
 @given(st.integers())
 async def test_with_hypothesis(number):
     await asyncio.sleep(abs(number) % 100)

@@ -4,7 +4,7 @@ import json
 from typing import Annotated
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.definitions.recorded import parse
@@ -145,7 +145,6 @@ json_values = st.recursive(
 )
 
 
-@settings(deadline=None)
 @given(st.dictionaries(st.sampled_from(["header", "name", "position", "velocity"]), json_values, max_size=3))
 def test_whatever_is_typed_is_written_or_refused(values):
     encode, decode = (make(describe(JointState)) for make in (encoder_from_description, decoder_from_description))

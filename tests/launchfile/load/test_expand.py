@@ -4,7 +4,7 @@ import json
 from itertools import product
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.launchfile.model.description import LaunchDescription
@@ -78,7 +78,6 @@ def test_for_each_repeats_topics_and_includes(folder):
     assert [each.topic for each in found.topics] == ["/left/imu/data", "/right/imu/data"]
 
 
-@settings(max_examples=50)
 @given(lists=st.lists(st.lists(st.integers(0, 99), unique=True, max_size=4), min_size=1, max_size=3))
 def test_several_variables_make_the_product(lists: list[list[int]], tmp_path_factory):
     from busflow.launchfile.load.load import examine

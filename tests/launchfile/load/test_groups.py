@@ -1,7 +1,7 @@
 """Groups and defaults: settings that several nodes share."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.launchfile.load.load import examine
@@ -128,7 +128,6 @@ def test_entry_without_plugin_changes_an_expanded_node(folder):
 NAMES = st.sampled_from(["a", "b", "/c", None])
 
 
-@settings(max_examples=60)
 @given(outer=NAMES, groups=st.lists(NAMES, min_size=1, max_size=3), inner=NAMES)
 def test_namespaces_compose_however_deep_the_groups_are(outer, groups, inner, tmp_path_factory):
     text = f"{{n: {{plugin: talker, namespace: {inner or ''}}}}}"
