@@ -24,6 +24,7 @@ class Process(Extension):
             RunCard("robot", os.getpid(), time.time_ns()),
             process=name,
             socket=f"{name}.sock",
+            earlier=[f"{other}.sock" for other in others if other < name],
             on_change=lambda *change: self.changes.append(change),
         )
         self.others = others

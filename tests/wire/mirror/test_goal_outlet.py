@@ -127,7 +127,7 @@ def test_goals_end_across_processes_as_in_one(arm):
         assert caught.value.result == MoveTo.Result(angle=-1)
 
     talk(conversation)
-    arm.wait_for("why=canceled")
+    arm.wait_for("stopped")
 
 
 def test_goal_of_a_lost_client_is_canceled(arm):

@@ -59,8 +59,9 @@ async def test_members_of_a_run_share_its_topics():
     directory = RunDirectory.claim("shared")
     card = RunCard("shared", os.getpid(), 1)
     graphs = {"main": launch(Talker), "second": launch(Listener)}
+    earlier = {"main": [], "second": ["main.sock"]}
     members = {
-        name: Membership(graph, directory.path, card, process=name, socket=f"{name}.sock")
+        name: Membership(graph, directory.path, card, process=name, socket=f"{name}.sock", earlier=earlier[name])
         for name, graph in graphs.items()
     }
     for name, graph in graphs.items():

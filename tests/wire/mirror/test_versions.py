@@ -14,7 +14,9 @@ def member(directory, name, version):
     """A graph of one process that shows this version, and the versions that it has seen."""
     graph, seen = launch(type(name.title(), (Node,), {})), {}
     card = RunCard("robot", os.getpid(), time.time_ns(), "", version)
-    graph.attach(Membership(graph, directory, card, process=name, socket=f"{name}.sock", on_version=seen.__setitem__))
+    earlier = [] if name == "main" else ["main.sock"]
+    own = {"process": name, "socket": f"{name}.sock", "earlier": earlier}
+    graph.attach(Membership(graph, directory, card, on_version=seen.__setitem__, **own))
     return graph, seen
 
 
