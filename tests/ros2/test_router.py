@@ -123,7 +123,7 @@ async def test_two_runs_at_one_router_meet():
             launch(ros2_at(port), Listener, inspect="second") as second,
         ):
             chatter, heard = first.node(Robot).chatter, second.node(Listener).heard
-            assert await until_arrived(lambda: chatter.publish(String(data="to the other run")), heard)
+            await until_arrived(lambda: chatter.publish(String(data="to the other run")), heard, "to the other run")
 
 
 @pytest.mark.asyncio

@@ -87,7 +87,7 @@ class AccessRules:
         ends = [_canonical(f"{graph}/*/*/*/*/*/*/*/{_mangled_parts(pattern)}/**") for pattern in topics]
         yield _rule("ros2", _ALL_MESSAGES, _BOTH, (*keys, *(f"{key}/@adv/**" for key in keys), *ends))
         # A process receives a topic with all that its own run sends under the topic's key.
-        yield _rule("ros2-subscribe", ("declare_subscriber",), _OUTWARDS, [f"{key}/**" for key in keys])
+        yield _rule("ros2-subscribe", ("declare_subscriber",), _OUTWARDS, [_canonical(f"{key}/**") for key in keys])
         yield _rule("ros2-search", _SEARCHES, _BOTH, (f"{graph}/**",))
         yield _rule("ros2-nodes", ("liveliness_token",), _BOTH, (f"{graph}/*/*/*/NN/**",))
 

@@ -3,6 +3,7 @@
 import asyncio
 import os
 import platform
+import threading
 from contextlib import asynccontextmanager
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from busflow import Node, publisher, subscription
 from busflow.msgs.sensor_msgs import Image
-from tests.wire.mirror.processes import Process, conversation, until
+from tests.wire.mirror.processes import PATIENCE_S, Process, conversation, until
 
 pytestmark = pytest.mark.skipif(
     not hasattr(os, "memfd_create") or platform.machine() != "x86_64", reason="memory is shared on Linux, x86-64, only"
@@ -54,6 +55,12 @@ class Pair:
     def neighbours(self):
         """What the viewer's process shows of itself."""
         return self._mirror(self.screen)._connection.neighbours
+
+    def wait_until_sent(self) -> None:
+        """Stop the event loop, which both processes share, until the camera's images were sent."""
+        sent = threading.Event()
+        self._mirror(self.eyes)._connection.sender.hand(sent.set)
+        assert sent.wait(PATIENCE_S)
 
     @staticmethod
     def _mirror(process):
@@ -117,6 +124,7 @@ def test_message_that_was_overwritten_is_lost(directory, monkeypatch):
             camera = made.eyes.graph.node(Camera)
             for _ in range(60):  # the viewer shares this loop: it reads nothing meanwhile
                 camera.take()
+            made.wait_until_sent()
             await until(lambda: made.screen.graph.node(Viewer).seen[-1:] == [camera.taken])
             seen = made.screen.graph.node(Viewer).seen
             assert seen == sorted(seen)
