@@ -191,7 +191,7 @@ class StatusPublisher(Publisher[GoalStatusArray]):
             self.publish(self._statuses())
         else:
             self._has_changed = True
-            self.published += 1
+            self.published: int = self.published + 1
 
     def keep(self) -> None:
         """Make the message of the last change, if there is none."""
