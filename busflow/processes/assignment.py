@@ -38,7 +38,7 @@ class Assignment:
     socket: str
     """Name of the process's own socket in the run's directory."""
     earlier: tuple[str, ...]
-    """Those of the processes to which it connects; the later ones connect to it."""
+    """Those of the processes to which it connects: after a restart all, else those before it; later ones come."""
     directory: str
     card: RunCard
     nodes: tuple[str, ...]

@@ -353,12 +353,16 @@ class ProcessGroup(Extension):
     def first_line(self, member: WorkerProcess) -> bytes:
         """Return a worker's assignment: it waits for all other processes, or for the running ones after a restart."""
         others = [each.name for each in self.members if each is not member]
+        earlier = [SOCKET, *(each.socket for each in self.members[: self.members.index(member)])]
         if member.restarts > 0:
             others = [name for name in others if self._by_name[name].state is MemberState.RUNNING]
+            # Zenoh does not always connect again to a socket that was gone for a moment; so this process does.
+            there = self._directory.path.glob("*.sock") if self._directory else ()
+            earlier += [path.name for path in there if path.name not in {*earlier, member.socket}]
         return Assignment(
             process=member.name,
             socket=member.socket,
-            earlier=(SOCKET, *(each.socket for each in self.members[: self.members.index(member)])),
+            earlier=tuple(earlier),
             directory=str(self._directory.inside) if self._directory else "",
             card=self._card,
             nodes=member.nodes,
