@@ -50,7 +50,8 @@ class Viewer(Node):
             raise ValueError(f"image {image.height} is torn")
         self.seen += 1
         if self.seen % self.parameters.every == 0:
-            self.log.info("seen", count=self.seen, last=image.height, in_order=image.height > self.last)
+            in_order = image.height > self.last or image.height == 1  # the first of a camera that was started again
+            self.log.info("seen", count=self.seen, last=image.height, in_order=in_order)
         self.last = image.height
 """
 
