@@ -33,12 +33,8 @@ class TopicInlet:
         """
         self.type: ForeignType = type_
         self.qos: WireQoS = qos
-        self._name, self._participant, self._intake, self._carried = (
-            topic,
-            parts.participant,
-            parts.intake,
-            parts.carried,
-        )
+        self._name, self._carried = topic, parts.carried
+        self._participant, self._intake = parts.participant, parts.intake
         self._carrier = parts.carriers.of(type_)
         self._lock = threading.Lock()
         self._speakers: dict[bytes, Speaker | None] = {}

@@ -121,8 +121,10 @@ class Library:
         """Return why a type or package that is there in .idl files alone cannot be used, in words; else nothing."""
         package, _, short = name.partition("/")
         found = self.packages.get(package)
-        if found is None or not short:
-            return "" if found is None else found.unreadable
+        if found is None:
+            return ""
+        if not short:
+            return found.unreadable
         if not any(each.endswith(f"/{short.rpartition('/')[2]}") for each in found.idl):
             return ""
         fix = "write it as a .msg, .srv or .action file"

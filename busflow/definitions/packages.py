@@ -53,12 +53,10 @@ class Package:
     @property
     def unreadable(self) -> str:
         """Why it has no types, in words; empty if it has some."""
+        if self.files:
+            return ""
         only = ", ".join(sorted(self.idl)[:3]) or "nothing"
-        return (
-            ""
-            if self.files
-            else f"{self.name} has no .msg, .srv or .action file, but {only}; busflow reads no .idl files"
-        )
+        return f"{self.name} has no .msg, .srv or .action file, but {only}; busflow reads no .idl files"
 
     def stated(self, tag: str) -> Iterator[str]:
         """Yield what `package.xml` has in an element: name, version, license."""

@@ -38,7 +38,7 @@ class Assignment:
     socket: str
     """Name of the process's own socket in the run's directory."""
     earlier: tuple[str, ...]
-    """Those of the processes to which it connects: after a restart all, else those before it; later ones come."""
+    """Those to which it connects: of the processes before it, and after a restart of all. Later ones connect to it."""
     directory: str
     card: RunCard
     nodes: tuple[str, ...]

@@ -199,9 +199,9 @@ class _Part(Extension):
     async def surround(self) -> AsyncGenerator[None]:
         """Wait for the others before the nodes start, and report until they have ended."""
         barrier = self._membership.barrier
-        reporting = asyncio.create_task(self._report(), name="busflow.report")
-        await asyncio.sleep(0)  # it reports before the main process sees this one, and gets commands from then on
+        self._report()  # before the main process sees this one: it gets commands from the first report on
         barrier.begin()
+        reporting = asyncio.create_task(self._report_again(), name="busflow.report")
         with self._graph.clock.wall_timeout(_PATIENCE_S):
             await barrier.passed(self._others, unless=self._graph.ending)
         yield
@@ -215,17 +215,20 @@ class _Part(Extension):
 
     def order_carried_out(self) -> None:
         """Report at once: if this process is killed now, its next life must know which nodes stay stopped."""
-        self._writer.send(report=_report_data(self._graph, self._writer))
+        self._report()
 
     def end(self) -> None:
         """Leave the run."""
         self._membership.end()
 
-    async def _report(self) -> None:
+    def _report(self) -> None:
+        debugged = sys.gettrace() is not None or "pydevd" in sys.modules
+        self._writer.send(report=_report_data(self._graph, self._writer), debugged=debugged)
+
+    async def _report_again(self) -> None:
         while True:
-            debugged = sys.gettrace() is not None or "pydevd" in sys.modules
-            self._writer.send(report=_report_data(self._graph, self._writer), debugged=debugged)
             await self._graph.clock.sleep(_REPORT_S)
+            self._report()
 
 
 def _network(graph: Graph, assignment: Assignment) -> Network | None:

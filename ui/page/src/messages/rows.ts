@@ -41,7 +41,8 @@ export function rowsOf(message: unknown, shown: Shown): readonly Row[] {
   return isSearch(shown) ? found(rows, matcher(shown.search ?? "")) : rows;
 }
 
-function isSearch({ search = "" }: Shown): boolean {
+/** Returns whether there are words to look for. */
+export function isSearch({ search = "" }: Shown): boolean {
   return search.trim() !== "";
 }
 

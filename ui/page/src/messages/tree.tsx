@@ -9,7 +9,7 @@ import type { Session } from "../store/session";
 import { rateText } from "../store/text";
 import { jsonText } from "./json";
 import type { Received } from "./receiver";
-import { FIRST_ITEMS, rowsOf, type Row, type Shown } from "./rows";
+import { FIRST_ITEMS, isSearch, rowsOf, type Row, type Shown } from "./rows";
 import { stampText } from "./stamps";
 import "./tree.css";
 
@@ -41,7 +41,7 @@ export function MessageTree({ session, topic, search = "" }: Props) {
           rows={rowsOf(reading.message, { ...opened, search })}
           onOpen={(row) => {
             if (row.kind === "rest") setOpened(withMore(opened, row));
-            else if (search === "") setOpened(withToggled(opened, row)); // a search has all branches open
+            else if (!isSearch({ ...opened, search })) setOpened(withToggled(opened, row)); // a search has all branches open
           }}
         />
       ) : (
