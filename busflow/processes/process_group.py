@@ -6,7 +6,7 @@ import asyncio
 import os
 import sys
 from collections.abc import AsyncGenerator, Mapping, Sequence
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, nullcontext, suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -286,14 +286,11 @@ class ProcessGroup(Extension):
         """Leave the run and remove its directory; other terminals no longer find it."""
         membership, self._membership = self._membership, None
         directory, self._directory = self._directory, None
-        try:
+        for port in self._ports.values():
+            port.close()
+        with nullcontext() if directory is None else directory.ending():
             if membership is not None:
                 membership.end()
-        finally:
-            if directory is not None:
-                directory.close()
-            for port in self._ports.values():
-                port.close()
 
     @asynccontextmanager
     async def surround(self) -> AsyncGenerator[None]:

@@ -234,22 +234,19 @@ class Peer:
 
         Only its own node may know a type.
         """
+        from busflow.interfaces.encoding.foreign import ForeignType
+
         tokens = self.tokens()
         servers = {each.topic for each in tokens if each.type == _DESCRIPTIONS and each.kind is TokenKind.SERVICE}
         for user in (each for each in tokens if each.type == name and type_hash in (None, each.hash)):
             service = f"{user.node_name.rstrip('/')}/get_type_description"
             if service in servers:
                 with suppress(BusflowError, LookupError, TypeError):  # of several users one may answer
-                    return self._described(_description_service(service), user)
+                    wanted = {"type_name": user.type, "type_hash": user.hash, "include_type_sources": False}
+                    answer = self.call(_description_service(service), wanted, timeout_s=self._patience_s)
+                    plain = json.loads(json.dumps(answer["type_description"]))  # it has tuples in place of lists
+                    return ForeignType(user.type, user.hash, plain)
         return None
-
-    def _described(self, service: ServiceKind, user: Token) -> ForeignType:
-        from busflow.interfaces.encoding.foreign import ForeignType
-
-        wanted = {"type_name": user.type, "type_hash": user.hash, "include_type_sources": False}
-        answer = self.call(service, wanted, timeout_s=self._patience_s)
-        plain = json.loads(json.dumps(answer["type_description"]))  # a message has tuples, and a description lists
-        return ForeignType(user.type, user.hash, plain)
 
     # Listening and publishing.
 

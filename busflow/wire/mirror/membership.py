@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -164,12 +165,9 @@ class Inspection(Extension):
         """Close session and directory."""
         mirror, self._mirror = self._mirror, None
         directory, self._directory = self._directory, None
-        try:
+        with nullcontext() if directory is None else directory.ending():
             if mirror is not None:
                 mirror.close()
-        finally:
-            if directory is not None:
-                directory.close()
 
     def _show(self, directory: RunDirectory) -> None:
         network = None if self._network is None else self._network()

@@ -159,14 +159,27 @@ class RunDirectory:
         draft.write_text(json.dumps(asdict(card)), encoding="utf-8")
         draft.replace(self.path / _CARD)
 
+    @contextmanager
+    def ending(self) -> Generator[None]:
+        """Hide the run from clients, and remove its directory after the block, in which its session closes.
+
+        A client whose question comes too late to be answered then sees that the run has ended.
+        """
+        with suppress(OSError):  # a full disk must not keep the run from ending
+            os.write(self._lock, ENDED)
+        try:
+            yield
+        finally:
+            gone = self.path.with_name(f".{self.path.name}.{os.getpid()}")
+            with suppress(OSError):  # another program removed it while the run lasted, which is no fault of the run
+                self.path.rename(gone)
+            _remove(gone)
+            self._release()
+
     def close(self) -> None:
         """Remove the directory, atomically for clients."""
-        gone = self.path.with_name(f".{self.path.name}.{os.getpid()}")
-        with suppress(OSError):  # another program removed it while the run lasted, which is no fault of the run
-            os.write(self._lock, ENDED)
-            self.path.rename(gone)
-        _remove(gone)
-        self._release()
+        with self.ending():
+            pass
 
     def _release(self) -> None:
         for opened in (self._lock, self.descriptor):
@@ -217,15 +230,12 @@ def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
     """
     found: list[Folder] = []
     for path in _folders(environment, search=True):
-        if not os.path.lexists(path):
-            found.append(Folder(path, exists=False))
-            continue
+        exists, fault, inside = os.path.lexists(path), "", list[Path]()
         try:
-            inside = _directories(_checked_folder(path))
+            inside = _directories(_checked_folder(path)) if exists else []
         except (InspectionUnavailable, OSError) as error:
-            found.append(Folder(path, exists=True, fault=str(error)))
-            continue
-        found.append(Folder(path, exists=True, remains=tuple(each.name for each in inside if not _is_alive(each))))
+            fault = str(error)
+        found.append(Folder(path, exists, fault, tuple(each.name for each in inside if not _is_alive(each))))
     return found
 
 
@@ -354,7 +364,7 @@ def _directories(folder: Path) -> list[Path]:
 
 def _alive_runs(folder: Path) -> list[FoundRun]:
     directories = _directories(folder)
-    living = [path for path in directories if _is_alive(path)]
+    living = [path for path in directories if _is_alive(path, unless_ending=True)]
     if len(living) < len(directories):
         # An error may leave a dead run's directory there; the result leaves it out all the same.
         with suppress(OSError), _folder_locked(folder, wait=False) as is_locked:
@@ -364,10 +374,10 @@ def _alive_runs(folder: Path) -> list[FoundRun]:
     return [FoundRun(path, card) for path in living if not path.name.startswith(".") and (card := _card(path))]
 
 
-def _is_alive(path: Path) -> bool:
-    """Return whether a run holds the directory's lock."""
+def _is_alive(path: Path, *, unless_ending: bool = False) -> bool:
+    """Return whether a run holds the directory's lock; with `unless_ending` also that it has not begun to close."""
     with closing(RunLock(path)) as lock:
-        return lock.is_held
+        return lock.is_held and not (unless_ending and lock.has_ended)
 
 
 def _card(path: Path) -> RunCard | None:

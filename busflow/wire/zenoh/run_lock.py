@@ -34,9 +34,14 @@ class RunLock:
         return self._file >= 0 and not self._is_free()
 
     @property
+    def has_ended(self) -> bool:
+        """Whether the run has written that it ends by itself; it may still hold the lock, while it closes."""
+        return self._file >= 0 and os.pread(self._file, len(ENDED), 0) == ENDED
+
+    @property
     def is_abandoned(self) -> bool:
         """Whether no process holds the lock, and its run did not end by itself."""
-        return self._is_free() and os.pread(self._file, len(ENDED), 0) != ENDED
+        return self._is_free() and not self.has_ended
 
     def close(self) -> None:
         """Let go of the file."""

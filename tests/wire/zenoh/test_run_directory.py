@@ -132,6 +132,17 @@ def test_a_killed_runs_directory_is_removed(home):
     claimed("lab1", home).close()
 
 
+def test_run_that_closes_is_not_found(home):
+    directory = claimed("lab1", home)
+    found = find_run("lab1", home)
+    with directory.ending():
+        assert (names(home), found in runs(home)) == ([], False)
+        next_one = RunDirectory.claim("lab1", home)
+        assert next_one.path.name == "lab1-2", "it still holds its directory"
+    next_one.close()
+    assert left(home) == []
+
+
 def test_a_dead_runs_directory_is_reused(home):
     with process("lab1", home) as (running, _):
         (Path(home["BUSFLOW_RUNTIME_DIR"]) / "lab1" / SOCKET).touch()
