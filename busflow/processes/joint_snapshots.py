@@ -53,7 +53,8 @@ class JointSnapshots(Extension):
         self._lock = threading.Lock()  # reports come in the threads that read the processes' pipes
         self._pending: dict[str, _Pending] = {}
         """The snapshots that are being written, by their directory."""
-        self._written: list[SnapshotReport] = []
+        self._reports: dict[Path, SnapshotReport] = {}
+        """By directory, in the order of the requests; of what is being written, the report from its beginning."""
 
     def begin(self) -> None:
         """Check whether snapshots can be written.
@@ -85,6 +86,7 @@ class JointSnapshots(Extension):
         made = _Pending(directory, reason, set(self._shares.processes))
         with self._lock:
             self._pending[str(directory)] = made
+            self._reports[directory] = _joined(made, written=False)
         self._log.info(f"the last moments are written to {printable(directory)}", reason=reason)
         for process in self._shares.processes:
             if not self._start_writing(process, directory / f"{self._shares.stems[process]}.mcap", reason):
@@ -122,8 +124,8 @@ class JointSnapshots(Extension):
     def report(self, report: Report) -> Report:
         """Return the run's report with the reports of its snapshots."""
         with self._lock:
-            pending = tuple(_joined(each, written=False) for each in self._pending.values())
-            return replace(report, snapshots=(*self._written, *pending))
+            now = {each.directory: _joined(each, written=False) for each in self._pending.values()}
+            return replace(report, snapshots=tuple((self._reports | now).values()))
 
     def _finish_ready(self) -> None:
         with self._lock:
@@ -138,7 +140,7 @@ class JointSnapshots(Extension):
                 why = f"its metadata cannot be written: {error}"
                 found = replace(found, complete=False, why=found.why or why)
             with self._lock:
-                self._written.append(found)
+                self._reports[each.directory] = found
             self._settle(found)
 
     def _settle(self, found: SnapshotReport) -> None:

@@ -75,7 +75,8 @@ class SnapshotRecorder(Extension):
         self._sequence = self._number = 0
         self._failures = FailureSnapshots(self._log, self.snapshot)
         self._open: list[SnapshotFile] = []
-        self._written: list[SnapshotReport] = []
+        self._reports: dict[Path, SnapshotReport] = {}
+        """By file, in the order of the requests; of a file that is being written, the report from its beginning."""
         self._path: Path | None = None
         self._is_over = self._is_short = False
 
@@ -137,6 +138,7 @@ class SnapshotRecorder(Extension):
                 threaded=self._clock.kind == "system" and not self._is_over,
             )
             self._open.append(file)
+            self._reports[path] = file.report()
         self._log.info(f"the last moments are written to {printable(path)}", reason=reason)
         if self._is_over or not self._snapshot.after_s:
             self._conclude(file)
@@ -147,7 +149,8 @@ class SnapshotRecorder(Extension):
 
     def report(self, report: Report) -> Report:
         """The run's report, with those of its snapshots."""
-        return replace(report, snapshots=(*self._written, *(each.report() for each in self._open)))
+        now = {each.path: each.report() for each in self._open}
+        return replace(report, snapshots=tuple((self._reports | now).values()))
 
     # What comes.
 
@@ -193,8 +196,7 @@ class SnapshotRecorder(Extension):
         """React to a snapshot that was written, or could not be."""
         with self._lock:
             self._open.remove(file)
-        found = file.report()
-        self._written.append(found)
+        self._reports[file.path] = found = file.report()
         self._settle(found)
 
     def _settle(self, found: SnapshotReport) -> None:
