@@ -8,9 +8,9 @@ from typing import Any
 from busflow.actions.names import SEND_GOAL, action_of, action_type_of
 
 SERVER_COUNTS = ("rejected", "succeeded", "aborted", "canceled", "running", "queued")
-"""The ends of the goals that a server has received; they add up to all of them."""
+"""The outcomes of the goals that a server has received; they add up to all of them."""
 CLIENT_COUNTS = ("rejected", "succeeded", "aborted", "canceled", "left", "lost", "running")
-"""The ends of the goals that a client has sent; they add up to all of them."""
+"""The outcomes of the goals that a client has sent; they add up to all of them."""
 
 
 def action_accounts(services: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:

@@ -50,7 +50,7 @@ A = TypeVar("A")
 
 
 @dataclass(frozen=True, slots=True)
-class ClientEnds:
+class ClientEndpoints:
     """The endpoints of an action's client."""
 
     goals: GoalClient
@@ -66,7 +66,7 @@ class ActionClient(Generic[A]):
         self, action_type: type[ActionType], types: DerivedTypes, clock: Clock, identifiers: Identifiers
     ) -> None:
         """Create a client; its endpoints are created after it, with `on_feedback` as a handler, and set."""
-        self.ends: ClientEnds
+        self.endpoints: ClientEndpoints
         self.type: type[ActionType] = action_type
         self.types: DerivedTypes = types
         self.clock: Clock = clock
@@ -77,12 +77,12 @@ class ActionClient(Generic[A]):
     @property
     def action(self) -> str:
         """The action's final name."""
-        return self.ends.goals.service.removesuffix("/_action/send_goal")
+        return self.endpoints.goals.service.removesuffix("/_action/send_goal")
 
     @property
     def available(self) -> bool:
         """Whether the action has a server now."""
-        return self.ends.goals.available and self.ends.cancels.available and self.ends.results.available
+        return self.endpoints.goals.available and self.endpoints.cancels.available and self.endpoints.results.available
 
     async def ready(self, *, timeout: float | None = TIMEOUT_S) -> bool:  # noqa: ASYNC109  # by the run's clock, as Client.ready
         """Wait until the action has a server, and return True.
@@ -91,7 +91,7 @@ class ActionClient(Generic[A]):
             ActionUnavailable: no server came in time.
         """
         try:
-            for client in (self.ends.goals, self.ends.cancels, self.ends.results):
+            for client in (self.endpoints.goals, self.endpoints.cancels, self.endpoints.results):
                 await client.ready(timeout=timeout)
         except ServiceUnavailable:
             raise self.unavailable() from None
@@ -151,7 +151,7 @@ class ActionClient(Generic[A]):
         check_timeout(timeout)
         if type(goal) is not self.type.Goal:
             given = type_name(type(goal)) if isinstance(goal, Message) else repr(goal)  # type: ignore[redundant-expr]  # users without a type checker
-            origin, wanted = self.ends.goals.endpoint.origin, type_name(self.type.Goal)
+            origin, wanted = self.endpoints.goals.endpoint.origin, type_name(self.type.Goal)
             raise IncompatibleType(f"{origin} sends {self.action} a {wanted}, not {printable(given, limit=200)}")
         return SentGoal(self, goal, timeout_s=timeout, depth=depth)
 
@@ -167,10 +167,11 @@ class ActionClient(Generic[A]):
 
     def statistics(self) -> GoalClientStatistics:
         """Return the client's current counts."""
-        return self.ends.goals.statistics()
+        return self.endpoints.goals.statistics()
 
     def __repr__(self) -> str:
-        return f"<ActionClient {self.action} of {self.ends.goals.endpoint.node}: {self.ends.goals.running} running>"
+        goals = self.endpoints.goals
+        return f"<ActionClient {self.action} of {goals.endpoint.node}: {goals.running} running>"
 
 
 class SentGoal(Generic[A]):
@@ -184,7 +185,7 @@ class SentGoal(Generic[A]):
         self._client, self._goal, self._timeout_s = client, goal, timeout_s
         self._feedback = FeedbackQueue(depth, client.clock)
         self._asked: Call[Any, Any] | None = None
-        self._outcome: asyncio.Future[Any] | None = None
+        self._result: asyncio.Future[Any] | None = None
         self._limit: asyncio.TimerHandle | None = None
 
     @property
@@ -193,19 +194,19 @@ class SentGoal(Generic[A]):
         return from_message(self._id_message)
 
     async def __aenter__(self) -> Self:
-        if self._outcome is not None:
+        if self._result is not None:
             raise NotRunning(f"the goal {self.id} was sent already; send another one")
         client = self._client
-        self._outcome = asyncio.get_running_loop().create_future()
+        self._result = asyncio.get_running_loop().create_future()
         client.sent[key_of(self._id_message)] = self
-        client.ends.goals.running += 1
+        client.endpoints.goals.running += 1
         try:
             await self._send()
         except BaseException as error:
             self._close(REJECTED if isinstance(error, GoalRejected) else LOST if _is_lost(error) else LEFT)
             raise
         request: Any = client.types.get_result.Request
-        self._asked = call = client.ends.results.begin(request(goal_id=self._id_message))
+        self._asked = call = client.endpoints.results.begin(request(goal_id=self._id_message))
         if call.reply.done():  # the goal has ended already: nothing is left to wait for
             self._take(call)
         else:
@@ -219,12 +220,13 @@ class SentGoal(Generic[A]):
             limit_s = min(TIMEOUT_S, self._timeout_s)
             deadline_ns = client.clock.monotonic_ns() + round(self._timeout_s * NS_PER_S)
             self._limit = client.clock.call_at(deadline_ns, self._expire)
-        if not client.available and client.ends.goals.available:  # in another process, whose services come one by one
+        if not client.available and client.endpoints.goals.available:
+            # In another process, whose services come one by one.
             await client.ready(timeout=limit_s)
         request: Any = client.types.send_goal.Request
-        call = client.ends.goals.begin(request(goal_id=self._id_message, goal=self._goal), timeout=limit_s)
+        call = client.endpoints.goals.begin(request(goal_id=self._id_message, goal=self._goal), timeout=limit_s)
         try:
-            response = await client.ends.goals.answer(call)
+            response = await client.endpoints.goals.answer(call)
         except BaseException as error:
             if isinstance(error, asyncio.CancelledError | ServiceTimeout):  # it may have been accepted meanwhile
                 self._post_cancel()
@@ -262,7 +264,7 @@ class SentGoal(Generic[A]):
         """
         info = GoalInfo(goal_id=self._id_message)
         try:
-            response = await self._client.ends.cancels.call(CancelGoal.Request(goal_info=info))
+            response = await self._client.endpoints.cancels.call(CancelGoal.Request(goal_info=info))
         except ServiceError as error:
             raise self._translated(error) from None
         return response.return_code == CancelGoal.Response.ERROR_NONE
@@ -283,28 +285,28 @@ class SentGoal(Generic[A]):
 
     def push(self, feedback: Message) -> None:
         """Add feedback; a full queue drops its oldest."""
-        self._client.ends.goals.feedback_dropped += self._feedback.push(feedback)
+        self._client.endpoints.goals.feedback_dropped += self._feedback.push(feedback)
 
     @property
     def _future(self) -> asyncio.Future[Any]:
         """The future result, there from the beginning of the block on."""
-        if self._outcome is None:
+        if self._result is None:
             raise NotRunning(f"the goal {self.id} is sent by `async with`, and its result is known in that block")
-        return self._outcome
+        return self._result
 
     async def _wait(self, future: asyncio.Future[Any]) -> None:
         """Wait for the goal to go on; the running activity waits for it too."""
         if self._asked is not None and not self._future.done():
-            self._client.ends.results.refuse_cycle(self._asked)
+            self._client.endpoints.results.refuse_cycle(self._asked)
             await waited(self._asked, _done(future))
 
     # How it ends.
 
     def _take(self, call: Call[Any, Any]) -> None:
         """Take the answer to `get_result`."""
-        waiting = self._client.ends.feedback
+        waiting = self._client.endpoints.feedback
         waiting.turn(len(waiting.items))  # what was published before the result, and is on its way
-        self._client.ends.results.end(call)
+        self._client.endpoints.results.end(call)
         response: Any = call.outcome
         if isinstance(response, asyncio.CancelledError):  # the block was left
             return
@@ -328,28 +330,28 @@ class SentGoal(Generic[A]):
             text = f"the goal {self.id} of {self._client.action} did not end within {self._timeout_s:g} s"
             self._settle(LEFT, GoalTimeout(f"{text}; it is canceled"))
 
-    def _settle(self, end: str | GoalState, outcome: object) -> None:
-        """Set the outcome, and count the end; only the first one counts."""
+    def _settle(self, outcome: str | GoalState, result: object) -> None:
+        """Set the result, and count the outcome; only the first one counts."""
         future = self._future
         if future.done():
             return
-        goals = self._client.ends.goals
-        goals.ends[end] += 1
+        goals = self._client.endpoints.goals
+        goals.outcomes[outcome] += 1
         goals.running -= 1
-        if isinstance(outcome, BaseException):
-            future.set_exception(outcome)
+        if isinstance(result, BaseException):
+            future.set_exception(result)
             future.exception()  # a block that is left need not have asked for it
         else:
-            future.set_result(outcome)
+            future.set_result(result)
         self._feedback.wake()
 
-    def _close(self, end: str) -> None:
-        """Forget the goal; if it has no outcome yet, it ends in this way."""
+    def _close(self, outcome: str) -> None:
+        """Forget the goal; if it has not ended yet, this is its outcome."""
         self._client.sent.pop(key_of(self._id_message), None)
         if self._limit is not None:
             self._limit.cancel()
         if not self._future.done():
-            self._settle(end, ActionGone(f"the block of the goal {self.id} was left before it ended"))
+            self._settle(outcome, ActionGone(f"the block of the goal {self.id} was left before it ended"))
         self._feedback.end()
         if self._asked is not None:
             self._asked.reply.cancel()
@@ -357,9 +359,8 @@ class SentGoal(Generic[A]):
     def _post_cancel(self) -> None:
         """Ask the server to cancel the goal, without waiting: also a task that is cancelled itself can do so."""
         with suppress(NotRunning):
-            info = GoalInfo(goal_id=self._id_message)
-            cancels = self._client.ends.cancels
-            call = cancels.begin(CancelGoal.Request(goal_info=info))
+            cancels = self._client.endpoints.cancels
+            call = cancels.begin(CancelGoal.Request(goal_info=GoalInfo(goal_id=self._id_message)))
             call.reply.add_done_callback(lambda _: cancels.end(call))
 
     def _translated(self, error: BusflowError) -> BusflowError:
@@ -370,11 +371,12 @@ class SentGoal(Generic[A]):
         if isinstance(error, ServiceTimeout):
             return GoalTimeout(f"{action} did not answer in time whether it takes the goal {self.id}")
         if isinstance(error, ServiceUnavailable):
-            return ActionUnavailable(str(error)) if self._client.ends.goals.available else self._client.unavailable()
+            is_there = self._client.endpoints.goals.available
+            return ActionUnavailable(str(error)) if is_there else self._client.unavailable()
         return ActionError(str(error))
 
     def __repr__(self) -> str:
-        state = "not sent" if self._outcome is None else "ended" if self._outcome.done() else "sent"
+        state = "not sent" if self._result is None else "ended" if self._result.done() else "sent"
         return f"<SentGoal {self.id} of {self._client.action}: {state}>"
 
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from busflow.actions.client import ActionClient, ClientEnds
+from busflow.actions.client import ActionClient, ClientEndpoints
 from busflow.actions.endpoints import GoalClient, GoalServer, ResultServer, StatusPublisher
 from busflow.actions.goal import F, G, Parts, R, RunningGoal
 from busflow.actions.identifiers import Identifiers
 from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS
 from busflow.actions.open_goals import AT_MOST, WhenBusy
-from busflow.actions.server import CANCEL_WITHIN_S, ActionServer, ServerEnds, ServerOptions
+from busflow.actions.server import CANCEL_WITHIN_S, ActionServer, ServerEndpoints, ServerOptions
 from busflow.bus.qos import ACTION_STATUS_DEFAULT, QoS
 from busflow.bus.services.server import DEPTH
 from busflow.errors import InvalidDeclaration
@@ -100,25 +100,24 @@ class ActionDeclaration(ComposedDeclaration[ActionServer[A]], Generic[A]):
         )
         origin, line, layers = self.origin, self.written, runtime.surroundings.publisher_qos
 
-        def end(service_type: type[ServiceType], suffix: str) -> ServiceEndpoint:
-            return _end(self, runtime, service_type, suffix)
+        def endpoint(service_type: type[ServiceType], suffix: str) -> ServiceEndpoint:
+            return _endpoint(self, runtime, service_type, suffix)
 
-        server.ends = ServerEnds(
-            goals=GoalServer(types.send_goal, end(types.send_goal, SEND_GOAL), server.on_goal, server.line),
+        server.endpoints = ServerEndpoints(
+            goals=GoalServer(types.send_goal, endpoint(types.send_goal, SEND_GOAL), server.on_goal, server.line),
             cancels=runtime.create_service(
                 CancelGoal, name + CANCEL_GOAL, server.on_cancel, depth=DEPTH, origin=origin, line=line
             ),
-            results=ResultServer(types.get_result, end(types.get_result, GET_RESULT), server, server.line),
+            results=ResultServer(types.get_result, endpoint(types.get_result, GET_RESULT), server, server.line),
             feedback=runtime.create_publisher(types.feedback, name + FEEDBACK, _FEEDBACK_QOS, origin=origin, line=line),
             status=StatusPublisher(
                 runtime.endpoint(GoalStatusArray, name + STATUS, ACTION_STATUS_DEFAULT, layers, origin, line),
                 server.statuses,
             ),
         )
-        server.ends.goals.forget = server.cancel_all_of
-        runtime.endpoints.add(server.ends.status)
-        runtime.endpoints.add(server.ends.results)
-        runtime.endpoints.add(server.ends.goals)
+        server.endpoints.goals.forget = server.cancel_all_of
+        for own in (server.endpoints.status, server.endpoints.results, server.endpoints.goals):
+            runtime.endpoints.add(own)
         return server
 
 
@@ -131,7 +130,7 @@ class ActionClientDeclaration(ComposedDeclaration[ActionClient[A]], Generic[A]):
         self.written: tuple[str, int] | None = calling_line()
 
     def compose(self, node: Any) -> ActionClient[A]:
-        """Create the ends of a node's client."""
+        """Create the endpoints of a node's client."""
         return create_client(self, runtime_of(node))
 
 
@@ -139,11 +138,11 @@ def create_client(declared: ActionClientDeclaration[A], runtime: NodeRuntime) ->
     """Create a client of an action on a node, or on the program around a graph."""
     types, name = derived_types(declared.type), runtime.resolve(declared.action, service=True).name
     origin, line = declared.origin, declared.written
-    goals = GoalClient(types.send_goal, _end(declared, runtime, types.send_goal, SEND_GOAL))
+    goals = GoalClient(types.send_goal, _endpoint(declared, runtime, types.send_goal, SEND_GOAL))
     client = ActionClient[A](
         declared.type, types, runtime.surroundings.clock, Identifiers(runtime.surroundings, goals.endpoint)
     )
-    client.ends = ClientEnds(
+    client.endpoints = ClientEndpoints(
         goals=goals,
         cancels=runtime.create_client(CancelGoal, name + CANCEL_GOAL, origin=origin, line=line),
         results=runtime.create_client(types.get_result, name + GET_RESULT, origin=origin, line=line),
@@ -155,16 +154,16 @@ def create_client(declared: ActionClientDeclaration[A], runtime: NodeRuntime) ->
     return client
 
 
-def _end(
+def _endpoint(
     declared: ActionDeclaration[Any] | ActionClientDeclaration[Any],
     runtime: NodeRuntime,
     service_type: type[ServiceType],
     suffix: str,
 ) -> ServiceEndpoint:
-    """Describe an end of one of an action's services; it is written as the action is."""
+    """Describe an endpoint of one of an action's services; it is written as the action is."""
     resolved = runtime.resolve(declared.action, service=True)
-    end = runtime.service_endpoint(service_type, resolved.name + suffix, declared.origin, declared.written)
-    return replace(end, written=declared.action, remap_rule=resolved.rule)
+    endpoint = runtime.service_endpoint(service_type, resolved.name + suffix, declared.origin, declared.written)
+    return replace(endpoint, written=declared.action, remap_rule=resolved.rule)
 
 
 def action_client(action_type: type[Parts[G, R, F]], action: str) -> ActionClientDeclaration[Parts[G, R, F]]:

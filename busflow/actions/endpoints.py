@@ -35,7 +35,7 @@ LOST = "lost"
 class GoalServer(Server[Any, Any]):
     """The server of `send_goal`, whose account is the action's."""
 
-    __slots__ = ("ends", "forget", "line")
+    __slots__ = ("forget", "line", "outcomes")
 
     def __init__(
         self,
@@ -47,8 +47,8 @@ class GoalServer(Server[Any, Any]):
         """Create the server of an action whose goals stand in a line."""
         super().__init__(service_type, endpoint, handler)
         self.line: OpenGoals = line
-        self.ends: Counter[str | GoalState] = Counter()
-        """The number of goals by how they ended."""
+        self.outcomes: Counter[str | GoalState] = Counter()
+        """The number of goals by outcome."""
         self.forget: Callable[[str], None] = lambda _client: None
         """Called with the name of a client that has gone."""
 
@@ -72,10 +72,10 @@ class GoalServer(Server[Any, Any]):
         requests = super().statistics()
         return GoalServerStatistics(
             **asdict(requests),
-            rejected=self.ends[REJECTED] + requests.failed + requests.refused + requests.withdrawn + requests.lost,
-            succeeded=self.ends[GoalState.SUCCEEDED],
-            aborted=self.ends[GoalState.ABORTED],
-            canceled=self.ends[GoalState.CANCELED],
+            rejected=self.outcomes[REJECTED] + requests.failed + requests.refused + requests.withdrawn + requests.lost,
+            succeeded=self.outcomes[GoalState.SUCCEEDED],
+            aborted=self.outcomes[GoalState.ABORTED],
+            canceled=self.outcomes[GoalState.CANCELED],
             running=len(self.line.running),
             queued=len(self.line.waiting) + requests.waiting,
         )
@@ -214,13 +214,13 @@ def _answered_otherwise(_request: Message) -> Message:
 class GoalClient(Client[Any, Any]):
     """The client of `send_goal`, whose account is the action's."""
 
-    __slots__ = ("ends", "feedback_dropped", "running")
+    __slots__ = ("feedback_dropped", "outcomes", "running")
 
     def __init__(self, service_type: type[ServiceType], endpoint: ServiceEndpoint) -> None:
         """Create the client of an action."""
         super().__init__(service_type, endpoint)
-        self.ends: Counter[str | GoalState] = Counter()
-        """The number of goals by how they ended."""
+        self.outcomes: Counter[str | GoalState] = Counter()
+        """The number of goals by outcome."""
         self.feedback_dropped: int = 0
         self.running: int = 0
 
@@ -228,12 +228,12 @@ class GoalClient(Client[Any, Any]):
         """Return the client's current counts."""
         return GoalClientStatistics(
             **asdict(super().statistics()),
-            rejected=self.ends[REJECTED],
-            succeeded=self.ends[GoalState.SUCCEEDED],
-            aborted=self.ends[GoalState.ABORTED],
-            canceled=self.ends[GoalState.CANCELED],
-            left=self.ends[LEFT],
-            lost=self.ends[LOST],
+            rejected=self.outcomes[REJECTED],
+            succeeded=self.outcomes[GoalState.SUCCEEDED],
+            aborted=self.outcomes[GoalState.ABORTED],
+            canceled=self.outcomes[GoalState.CANCELED],
+            left=self.outcomes[LEFT],
+            lost=self.outcomes[LOST],
             running=self.running,
             feedback_dropped=self.feedback_dropped,
         )

@@ -51,7 +51,7 @@ class ServerOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class ServerEnds:
+class ServerEndpoints:
     """The endpoints of an action's server."""
 
     goals: GoalServer
@@ -76,7 +76,7 @@ class ActionServer(Generic[A]):
         clock: Clock,
     ) -> None:
         """Create a server; its endpoints are created after it, with its methods as handlers, and set."""
-        self.ends: ServerEnds
+        self.endpoints: ServerEndpoints
         self.line: OpenGoals = OpenGoals(options.when_busy, options.at_most)
         """The goals that have not ended."""
         self._type, self._types, self._options = action_type, types, options
@@ -90,7 +90,7 @@ class ActionServer(Generic[A]):
     @property
     def action(self) -> str:
         """The action's final name."""
-        return self.ends.goals.service.removesuffix("/_action/send_goal")
+        return self.endpoints.goals.service.removesuffix("/_action/send_goal")
 
     @property
     def goals(self) -> tuple[RunningGoal[A], ...]:
@@ -99,7 +99,7 @@ class ActionServer(Generic[A]):
 
     def statistics(self) -> GoalServerStatistics:
         """Return the server's current counts."""
-        return self.ends.goals.statistics()
+        return self.endpoints.goals.statistics()
 
     # What the server of results asks for.
 
@@ -120,12 +120,12 @@ class ActionServer(Generic[A]):
         response: Any = self._types.send_goal.Response
         refusal = self._refusal(request)
         if refusal is not None:
-            self.ends.goals.ends[REJECTED] += 1
-            self.ends.goals.remark(refusal)
+            self.endpoints.goals.outcomes[REJECTED] += 1
+            self.endpoints.goals.remark(refusal)
             self._log.info(f"a goal of {self.action} is rejected: {refusal}")
             return response(accepted=False, stamp=stamp)
         info = GoalInfo(goal_id=request.goal_id, stamp=stamp)
-        goal: RunningGoal[Any] = RunningGoal(self, request.goal, client=self.ends.goals.caller, info=info)
+        goal: RunningGoal[Any] = RunningGoal(self, request.goal, client=self.endpoints.goals.caller, info=info)
         replaced = self.line.replaced()
         self._active[goal.key] = goal
         self.line.waiting.append(goal)
@@ -133,7 +133,7 @@ class ActionServer(Generic[A]):
             self._ask_to_end(each, GoalState.ABORTED, f"superseded by the goal {goal.id}")
         self._begin_next()
         if goal.state is GoalState.ACCEPTED:
-            self.ends.status.change()
+            self.endpoints.status.change()
         return response(accepted=True, stamp=stamp)
 
     def _refusal(self, request: Any) -> str | None:
@@ -145,7 +145,7 @@ class ActionServer(Generic[A]):
             try:
                 answer = self._accepts(goal)
             except Exception as error:  # noqa: BLE001  # a node's own code may raise anything; the client gets it
-                self.ends.goals.report(error, goal)
+                self.endpoints.goals.report(error, goal)
                 return printable(reason(error), limit=400)
             if answer is not True:
                 return printable(answer, limit=400) if isinstance(answer, str) else "its node does not accept it"
@@ -155,7 +155,7 @@ class ActionServer(Generic[A]):
         """Run the goals that wait, as far as there is room."""
         while (goal := self.line.next()) is not None:
             goal.state = GoalState.EXECUTING
-            self.ends.status.change()
+            self.endpoints.status.change()
             if self._idle:
                 self._idle.pop().set_result(goal)
             else:
@@ -191,7 +191,7 @@ class ActionServer(Generic[A]):
             else:
                 self.finish(goal, goal.ending, goal.reason)
         except Exception as error:  # noqa: BLE001  # a handler may raise anything; its client gets it, and the node goes on
-            self.ends.goals.report(error, goal.request)
+            self.endpoints.goals.report(error, goal.request)
             self.finish(goal, GoalState.ABORTED, printable(reason(error), limit=400))
         except BaseException as error:
             if is_failure(error):
@@ -204,7 +204,7 @@ class ActionServer(Generic[A]):
         if type(result) is not self._type.Result:
             given = type_name(type(result)) if isinstance(result, Message) else repr(result)
             wanted = type_name(self._type.Result)
-            origin = self.ends.goals.endpoint.origin
+            origin = self.endpoints.goals.endpoint.origin
             raise IncompatibleType(f"{origin} must return a {wanted}, not {printable(given, limit=200)}")
 
     def publish_feedback(self, goal: RunningGoal[Any], feedback: Message) -> None:
@@ -217,7 +217,7 @@ class ActionServer(Generic[A]):
             raise NotRunning(f"the goal {goal.id} of {self.action} has ended: it gets no feedback any more")
         goal.feedback_count += 1
         message: Any = self._types.feedback
-        self.ends.feedback.publish(message(goal_id=goal.info.goal_id, feedback=feedback))
+        self.endpoints.feedback.publish(message(goal_id=goal.info.goal_id, feedback=feedback))
 
     # Goals that end.
 
@@ -236,12 +236,12 @@ class ActionServer(Generic[A]):
         goal.task = goal.handling = None
         del self._active[goal.key]
         self.line.remove(goal)
-        self.ends.goals.ends[state] += 1
+        self.endpoints.goals.outcomes[state] += 1
         response: Any = self._types.get_result.Response
         goal.response = response(status=int(state), result=self._type.Result() if result is None else result)
         self._results.keep(goal)
-        self.ends.status.change()
-        self.ends.results.answer(goal)
+        self.endpoints.status.change()
+        self.endpoints.results.answer(goal)
         self._begin_next()
 
     def _ask_to_end(self, goal: RunningGoal[Any], state: GoalState, why: str) -> None:
@@ -254,7 +254,7 @@ class ActionServer(Generic[A]):
             return
         if state is GoalState.CANCELED:
             goal.state = GoalState.CANCELING
-            self.ends.status.change()
+            self.endpoints.status.change()
         if goal.task is not None:
             goal.task.cancel()
         within_ns = round(self._options.cancel_within_s * NS_PER_S)
@@ -292,7 +292,7 @@ class ActionServer(Generic[A]):
             if goal.client == client:
                 goal.client_gone = True
                 request = CancelGoal.Request(goal_info=GoalInfo(goal_id=goal.info.goal_id))
-                call = self.ends.cancels.ask(request, caller=client)
+                call = self.endpoints.cancels.ask(request, caller=client)
                 call.reply.add_done_callback(partial(self._cancel_unasked, goal))
 
     def _cancel_unasked(self, goal: RunningGoal[Any], _reply: object) -> None:
@@ -307,7 +307,7 @@ class ActionServer(Generic[A]):
         """End every goal, because the node ends; the tasks of their handlers are cancelled with the node's."""
         for goal in (*self.line.waiting, *self.line.running):  # in this order none that waits begins
             self.finish(goal, GoalState.ABORTED, f"{self._life.name} has ended")
-        self.ends.status.keep()  # for the node's next start, whose server knows none of these goals
+        self.endpoints.status.keep()  # for the node's next start, whose server knows none of these goals
 
     def statuses(self) -> GoalStatusArray:
         """Return the states of all goals, those that ended lately among them."""

@@ -100,7 +100,7 @@ class Outside:
             declared = action_client(action_type, action)
             declared.owner, declared.name = "Graph", "outside"
             client = self._action_clients[action] = create_client(declared, self._own())
-            client.ends.feedback.open()  # the program has no start to wait for
+            client.endpoints.feedback.open()  # the program has no start to wait for
         wanted = cast("Any", action_type)
         if client.type is not wanted:
             raise IncompatibleType(f"{client.action} is a {client.type.__ros_name__}, not a {wanted.__ros_name__}")

@@ -148,7 +148,7 @@ class Leaving(Node):
 
     @move.accepts
     def leave(self, _: MoveTo.Goal) -> bool:
-        asyncio.get_running_loop().call_soon(self.move.ends.results.close)
+        asyncio.get_running_loop().call_soon(self.move.endpoints.results.close)
         return True
 
 

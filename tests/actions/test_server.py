@@ -85,7 +85,7 @@ async def test_unheard_states_are_kept_for_late_joiners():
     async with busflow.launch(supervised(Arm, restart="on-failure"), Boss) as graph:
         boss = graph.node(Boss)
         await boss.move.run(MoveTo.Goal())
-        status = graph.node(Arm).move.ends.status
+        status = graph.node(Arm).move.endpoints.status
         assert (status.statistics().published, status.statistics().kept) == (2, 1)
         assert await outcome(boss.move, -1) == "GoalAborted"
         async with boss.move.send(MoveTo.Goal(angle=9)) as going:
@@ -486,10 +486,10 @@ async def test_all_goals_of_a_lost_client_end():
                 request = send.type.Request(goal_id=goal_id, goal=MoveTo.Goal(angle=9))
                 assert (await send.call(request, caller="a client of another process")).accepted
             goals = [each for each in server.goals if each.id != other.id]
-            server.ends.goals.forget("a client of another process")
+            server.endpoints.goals.forget("a client of another process")
             await lab.advance(1)
             assert {(each.state, each.reason) for each in goals} == {(GoalState.CANCELED, "its client has gone")}
             assert (await other.result()).angle == 9
         assert (server.statistics().canceled, server.statistics().succeeded, balanced(lab)) == (30, 1, True)
-        cancels = server.ends.cancels.statistics()
+        cancels = server.endpoints.cancels.statistics()
         assert (cancels.received, cancels.served, cancels.refused) == (30, 10, 20)

@@ -174,7 +174,7 @@ def test_flood_of_feedback_is_accounted_for():
                 last = [each.left async for each in going]
             goals += 1
         assert last == [0]
-        feedback = watcher.move.ends.feedback.statistics()
+        feedback = watcher.move.endpoints.feedback.statistics()
         (topic,) = [each for each in graph.report().topics if each.name == "/flood/move/_action/feedback"]
         assert len(left) >= 3
         assert left == sorted(left)
