@@ -67,7 +67,7 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
         code, failures = error.exit_code, [f"the process {assignment.process}: {error}"]
     finally:
         report = None if graph is None else _report_data(graph, writer)
-        finished = graph is not None and bool(graph.units) and graph.has_finished
+        finished = graph is not None and bool(graph.supervisors) and graph.has_finished
         writer.send(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
         writer.close()
     return code

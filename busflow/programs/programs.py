@@ -66,7 +66,7 @@ class Programs(Extension):
 
     def begin(self) -> None:
         """Find what each program depends on, among the nodes of this process and the other programs."""
-        known: dict[str, Prerequisite] = {unit.name: unit for unit in self._graph.units}
+        known: dict[str, Prerequisite] = {each.name: each for each in self._graph.supervisors}
         known |= self._by_name
         for program in self.programs:
             needs = program.spec.supervision.depends_on.items()
@@ -96,9 +96,9 @@ class Programs(Extension):
         """Stop each program, when the run ends and what depends on the program has ended."""
         await self._graph.ending.wait()
         dependents: defaultdict[str, list[asyncio.Event]] = defaultdict(list)
-        for unit in self._graph.units:
-            for name in unit.supervision.depends_on:
-                dependents[name].append(unit.ended)
+        for supervisor in self._graph.supervisors:
+            for name in supervisor.supervision.depends_on:
+                dependents[name].append(supervisor.ended)
         for program in self.programs:
             for name in program.spec.supervision.depends_on:
                 dependents[name].append(program.ended)

@@ -11,7 +11,7 @@ from busflow.errors import NotRunning
 
 if TYPE_CHECKING:
     from busflow.runner.graph import Graph
-    from busflow.runner.supervisor import Unit
+    from busflow.runner.supervisor import Supervisor
 
 
 class Order(StrEnum):
@@ -33,7 +33,7 @@ class OrdersByHand:
         self._turn = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
 
-    def give(self, order: Order, names: Collection[str]) -> list[Unit]:
+    def give(self, order: Order, names: Collection[str]) -> list[Supervisor]:
         """Begin to carry out an order; return its nodes, in the order of the graph. Unknown names are left out.
 
         Raises:
@@ -41,28 +41,28 @@ class OrdersByHand:
         """
         if self._graph.ending.is_set():
             raise NotRunning(f"the run {self._graph.name} ends")
-        units = [unit for unit in self._graph.units if unit.name in names]
-        task = asyncio.get_running_loop().create_task(self._carry_out(order, units), name=f"busflow.{order}")
+        supervisors = [each for each in self._graph.supervisors if each.name in names]
+        task = asyncio.get_running_loop().create_task(self._carry_out(order, supervisors), name=f"busflow.{order}")
         self._tasks.add(task)
         task.add_done_callback(self._ended)
-        return units
+        return supervisors
 
     def close(self) -> None:
         """Begin nothing more."""
         for task in self._tasks:
             task.cancel()
 
-    async def _carry_out(self, order: Order, units: Sequence[Unit]) -> None:
+    async def _carry_out(self, order: Order, supervisors: Sequence[Supervisor]) -> None:
         async with self._turn:
             if order is not Order.START:
-                running = [unit for unit in units if not unit.ended.is_set()]
+                running = [each for each in supervisors if not each.ended.is_set()]
                 await self._graph.stop_by_hand(running)
-                for unit in running:
-                    unit.runtime.log.info("stopped by hand")
+                for supervisor in running:
+                    supervisor.runtime.log.info("stopped by hand")
             if order is not Order.STOP:
-                for unit in [unit for unit in units if unit.ended.is_set()]:
-                    await self._graph.start_by_hand(unit)
-                    unit.runtime.log.info("started by hand")
+                for supervisor in [each for each in supervisors if each.ended.is_set()]:
+                    await self._graph.start_by_hand(supervisor)
+                    supervisor.runtime.log.info("started by hand")
             for extension in self._graph.extensions:
                 extension.order_carried_out()
 

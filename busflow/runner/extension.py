@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from busflow.bus.failure import Failure
     from busflow.runner.report import Report, SnapshotReport
-    from busflow.runner.supervisor import Prerequisite, Unit
+    from busflow.runner.supervisor import Prerequisite, Supervisor
 
 
 class Extension:
@@ -35,7 +35,7 @@ class Extension:
     def nodes_started(self) -> None:
         """React to the start of every node; no node has had time since to block the event loop."""
 
-    def node_rebuilt(self, unit: Unit) -> None:
+    def node_rebuilt(self, supervisor: Supervisor) -> None:
         """React to a node that is about to restart: its instance is new, and its endpoints are not connected yet."""
 
     def node_failed(self, failure: Failure) -> None:
@@ -56,7 +56,7 @@ class Extension:
     def order_carried_out(self) -> None:
         """React to nodes that were stopped or started by hand."""
 
-    def node_dismissed(self, unit: Unit) -> None:
+    def node_dismissed(self, supervisor: Supervisor) -> None:
         """React to a node that has left the running graph for good, or for another one of its name."""
 
     def is_finished(self) -> bool:

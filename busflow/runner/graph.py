@@ -45,8 +45,8 @@ from busflow.runner.report import Report, SnapshotReport, service_reports, topic
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.stuck_handlers import stuck_handlers_named
-from busflow.runner.supervisor import START_TIMEOUT_S, Overseer, Unit, outlast
-from busflow.runner.units import GRACE_S, node_among, stop_units, units_of
+from busflow.runner.supervisor import START_TIMEOUT_S, Overseer, Supervisor, outlast
+from busflow.runner.supervisors import GRACE_S, node_among, stop_in_order, supervisors_of
 from busflow.runner.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)
@@ -98,7 +98,7 @@ class Graph:
         """The topics and services of this process."""
         self.watchdog = Watchdog(watchdog_s, self.log) if watchdog_s and self.clock.kind == "system" else None
         self.rosout: Rosout = Rosout(self.bus, self.log, to_ros2=any(each.ros2 for each in self.descriptions))
-        self.units: list[Unit] = []
+        self.supervisors: list[Supervisor] = []
         self.extensions: list[Extension] = []
         """Extensions of the run; used by busflow itself."""
         self._begun = ExitStack()
@@ -164,7 +164,7 @@ class Graph:
         if plan.errors:
             raise LaunchError(plan.errors)
         log_problems(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
-        self.units += units_of(plan.members, self._overseer(), self.extensions)
+        self.supervisors += supervisors_of(plan.members, self._overseer(), self.extensions)
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         loop = asyncio.get_running_loop()
         with ExitStack() as begun:
@@ -174,10 +174,10 @@ class Graph:
             for extension in self.extensions:
                 extension.begin()
                 begun.callback(extension.end)
-            for unit in self.units:
-                unit.runtime.connect(self.bus)
-                if unit.name in self.held:
-                    unit.hold()
+            for supervisor in self.supervisors:
+                supervisor.runtime.connect(self.bus)
+                if supervisor.name in self.held:
+                    supervisor.hold()
             self._begun = begun.pop_all()
         self._loop = loop
         if self._asked_early is not None:
@@ -195,45 +195,45 @@ class Graph:
 
     async def dismiss(self, names: Collection[str]) -> None:
         """Stop some of the nodes for good, while the others go on; used by busflow itself."""
-        leaving = [unit for unit in self.units if unit.name in names]
-        self.units = [unit for unit in self.units if unit not in leaving]
-        await stop_units(leaving, self.clock, self.grace_s)
-        for unit in leaving:
+        leaving = [each for each in self.supervisors if each.name in names]
+        self.supervisors = [each for each in self.supervisors if each not in leaving]
+        await stop_in_order(leaving, self.clock, self.grace_s)
+        for supervisor in leaving:
             for extension in self.extensions:
-                extension.node_dismissed(unit)
+                extension.node_dismissed(supervisor)
 
     def admit(self, members: Sequence[PlannedNode]) -> None:
         """Start nodes beside those that run; used by busflow itself."""
         if self._lives is None or self.ending.is_set():
             return
-        units = units_of(members, self._overseer(), self.extensions, self.units)
-        self.units += units
-        for unit in units:
-            unit.runtime.connect(self.bus)
-        self._lives.begin(units)
+        supervisors = supervisors_of(members, self._overseer(), self.extensions, self.supervisors)
+        self.supervisors += supervisors
+        for supervisor in supervisors:
+            supervisor.runtime.connect(self.bus)
+        self._lives.begin(supervisors)
 
-    async def stop_by_hand(self, units: Sequence[Unit]) -> None:
+    async def stop_by_hand(self, supervisors: Sequence[Supervisor]) -> None:
         """Stop some of the nodes until they are started by hand, while the others go on; used by busflow itself."""
-        for unit in units:
-            unit.stop_by_hand()
-        await stop_units(units, self.clock, START_TIMEOUT_S)
+        for supervisor in supervisors:
+            supervisor.stop_by_hand()
+        await stop_in_order(supervisors, self.clock, START_TIMEOUT_S)
 
-    async def start_by_hand(self, unit: Unit) -> None:
+    async def start_by_hand(self, supervisor: Supervisor) -> None:
         """Start a node that has ended, while the others go on; used by busflow itself.
 
         Raises:
             NotRunning: the graph ends, or code of the node still runs.
         """
-        has_left = self._lives is None or await self._lives.has_left(unit)
+        has_left = self._lives is None or await self._lives.has_left(supervisor)
         if self._lives is None or self.ending.is_set() or not has_left:
             why = "the run ends" if has_left else "its code still runs: no cancellation has ended it"
-            raise NotRunning(f"{unit.name} cannot be started: {why}")
-        unit.renew()
-        self._lives.begin([unit])
+            raise NotRunning(f"{supervisor.name} cannot be started: {why}")
+        supervisor.renew()
+        self._lives.begin([supervisor])
 
     def _overseer(self) -> Overseer:
         return Overseer(
-            self._on_failure, self._on_pause, self._on_restart, lambda _unit: self.ask_to_stop(), self._on_end
+            self._on_failure, self._on_pause, self._on_restart, lambda _supervisor: self.ask_to_stop(), self._on_end
         )
 
     async def wait(self) -> None:
@@ -265,9 +265,9 @@ class Graph:
         if not self.ending.is_set():
             self.conclude(code)
             self.ending.set()
-            for unit in self.units:  # while one that blocks the loop goes on, the others have no time to stop
-                if self.watchdog and unit.name in self.watchdog.blocking:
-                    unit.ask_to_stop()
+            for supervisor in self.supervisors:  # while one blocks the loop, the others have no time to stop
+                if self.watchdog and supervisor.name in self.watchdog.blocking:
+                    supervisor.ask_to_stop()
 
     def conclude(self, code: ExitCode) -> None:
         """Set the exit code, unless one is already set; used by busflow itself."""
@@ -331,11 +331,11 @@ class Graph:
         try:
             async with asyncio.TaskGroup() as tasks:
                 lives = self._lives = Lives(self.ending.set)
-                lives.begin([unit for unit in self.units if not unit.is_held])
+                lives.begin([each for each in self.supervisors if not each.is_held])
                 tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
                 try:
                     await self.ending.wait()
-                    await stop_units(self.units, self.clock, self.grace_s)
+                    await stop_in_order(self.supervisors, self.clock, self.grace_s)
                 except asyncio.CancelledError:
                     lives.cancel()
                     raise
@@ -345,8 +345,8 @@ class Graph:
             self._duration_s = self.clock.seconds()
 
     async def _await_starts(self) -> None:
-        for unit in self.units:
-            await unit.started.wait()
+        for supervisor in self.supervisors:
+            await supervisor.started.wait()
         self._ready.set()
         for extension in self.extensions:
             extension.nodes_started()
@@ -362,29 +362,29 @@ class Graph:
         self.log.bind(failure.node, to_all=not self.prints_failures).error(failure.summary)
         self._notify_failed(failure)
 
-    def _on_pause(self, unit: Unit, failure: Failure | None, pause_s: float) -> None:
-        log = self.log.bind(unit.name)
+    def _on_pause(self, supervisor: Supervisor, failure: Failure | None, pause_s: float) -> None:
+        log = self.log.bind(supervisor.name)
         if failure is not None:
             log.error(failure.summary)
             self._notify_failed(failure)
-        log.warning("restarts", after_s=pause_s, restart=unit.restarts)
+        log.warning("restarts", after_s=pause_s, restart=supervisor.restarts)
 
     def _notify_failed(self, failure: Failure) -> None:
         for extension in self.extensions:
             extension.node_failed(failure)
 
-    def _on_restart(self, unit: Unit) -> None:
+    def _on_restart(self, supervisor: Supervisor) -> None:
         for extension in self.extensions:
-            extension.node_rebuilt(unit)
+            extension.node_rebuilt(supervisor)
 
-    def _on_end(self, unit: Unit) -> None:
-        if unit in self.units:
+    def _on_end(self, supervisor: Supervisor) -> None:
+        if supervisor in self.supervisors:
             self.end_if_finished()
 
     @property
     def has_finished(self) -> bool:
         """Whether all its nodes have ended; one that was stopped by hand may be started again, until the end begins."""
-        return all(unit.ended.is_set() and (self.ending.is_set() or not unit.is_held) for unit in self.units)
+        return all(each.ended.is_set() and (self.ending.is_set() or not each.is_held) for each in self.supervisors)
 
     # What the program around the graph does.
 
@@ -433,7 +433,7 @@ class Graph:
         """
         if self._duration_s is not None:
             raise NotRunning(f"the graph {self.name} has ended; launch another one")
-        node = which if isinstance(which, Node) else node_among(self.units, which)
+        node = which if isinstance(which, Node) else node_among(self.supervisors, which)
         result = self.bus.call(lambda: runtime_of(node).parameters.set({**(changes or {}), **values}))
         if result.faults:
             raise InvalidParameter(result.faults)
@@ -445,7 +445,7 @@ class Graph:
     def node(self, which: str) -> Node: ...
     def node(self, which: type[N] | str) -> N | Node:
         """Return the node of a class, or of a name; relative names are below `/`."""
-        return node_among(self.units, which)
+        return node_among(self.supervisors, which)
 
     def report(self) -> Report:
         """Return the report of the run: so far, or final once it has ended."""
@@ -455,10 +455,10 @@ class Graph:
             clock=self.clock.kind,
             duration_s=self.clock.seconds() if self._duration_s is None else self._duration_s,
             exit_code=self.exit_code,
-            nodes=tuple(unit.statistics() for unit in self.units),
+            nodes=tuple(each.statistics() for each in self.supervisors),
             topics=topic_reports(self.bus),
             services=service_reports(self.bus),
-            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.endpoints.timers),
+            timers=tuple(timer.statistics() for each in self.supervisors for timer in each.runtime.endpoints.timers),
             inbox_dropped=self.bus.inbox.dropped,
             inbox_refused=self.bus.inbox.refused,
             blocks=self.watchdog.statistics() if self.watchdog else (),

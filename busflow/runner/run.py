@@ -15,7 +15,7 @@ from busflow.runner.graph import Graph
 from busflow.runner.loops.system import LoopFactory, answers, new_event_loop
 from busflow.runner.orphan_tasks import OrphanTasks, orphans_left, unawaited_logged
 from busflow.runner.signals import SignalGuard
-from busflow.runner.supervisor import Unit
+from busflow.runner.supervisor import Supervisor
 
 
 def run_graph(
@@ -76,7 +76,7 @@ class _Program(Extension):
             self._guard.end_after(self._limit_s)
         self._collection.begin()
 
-    def node_rebuilt(self, unit: Unit) -> None:  # noqa: ARG002  # as Extension has it
+    def node_rebuilt(self, supervisor: Supervisor) -> None:  # noqa: ARG002  # as Extension has it
         """Look also at what was there at the beginning: the former instance is garbage now.
 
         Where that is before all nodes have started, the run's time counts from the beginning: one may never start.

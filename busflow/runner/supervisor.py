@@ -1,4 +1,4 @@
-"""Unit: one node of a run: starts it, restarts and stops it by its policies, and keeps its state and failures."""
+"""Supervisor: starts one node of a run, restarts and stops it by its policies, and keeps its state and failures."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import anyio
 import anyio.abc
@@ -15,10 +15,13 @@ import anyio.abc
 from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
 from busflow.node.factory import rebuild
-from busflow.node.node import Node, runtime_of
+from busflow.node.node import Node
 from busflow.node.runtime import NodeRuntime
-from busflow.node.supervision import Backoff, Condition, OnExit, Restart, Supervision
+from busflow.node.supervision import Backoff, Condition, OnExit, Restart
 from busflow.runner.report import NodeReport
+
+if TYPE_CHECKING:
+    from busflow.launchfile.check.planned_node import PlannedNode
 
 START_TIMEOUT_S = 10.0
 """Time limit of a node's `start`, and of its `stop` before a restart, in wall time."""
@@ -49,13 +52,13 @@ class Overseer:
 
     on_failure: Callable[[Failure], None]
     """A node has failed and is not restarted."""
-    on_pause: Callable[[Unit, Failure | None, float], None]
+    on_pause: Callable[[Supervisor, Failure | None, float], None]
     """A node has failed or ended, and will be restarted after this number of seconds."""
-    on_restart: Callable[[Unit], None]
+    on_restart: Callable[[Supervisor], None]
     """A node was built anew, and is about to start."""
-    on_exit: Callable[[Unit], None]
+    on_exit: Callable[[Supervisor], None]
     """The `run()` of a node with `on_exit: shutdown` has returned."""
-    on_end: Callable[[Unit], None]
+    on_end: Callable[[Supervisor], None]
     """A node has ended for any reason, and is not restarted."""
 
 
@@ -77,15 +80,14 @@ class Prerequisite(Protocol):
         ...
 
 
-class Unit:
-    """A node and the task that starts, restarts and stops it. A life is the time from one start to its stop."""
+class Supervisor:
+    """Supervisor of one node: starts, restarts and stops it. A life is the time from one start to its stop."""
 
-    def __init__(self, node: Node, *, plugin: str, overseer: Overseer, supervision: Supervision | None = None) -> None:
+    def __init__(self, planned: PlannedNode, overseer: Overseer) -> None:
         """Prepare the node; `live` runs it."""
-        self.node: Node = node
-        self.plugin = plugin
-        self.supervision: Supervision = supervision or Supervision()
-        self.runtime: NodeRuntime = runtime_of(node)
+        self.node: Node = planned.node
+        self.plugin, self.supervision = planned.plugin, planned.supervision
+        self.runtime: NodeRuntime = planned.runtime
         self.state: NodeState = NodeState.BUILT
         self.failure: Failure | None = None
         """The last failure."""
@@ -97,13 +99,12 @@ class Unit:
         self.needs: list[tuple[Prerequisite, Condition]] = []
         """What it waits for before a start, where the conditions are not met; the graph finds it."""
         self.met: set[Condition] = set()
-        """Conditions of this node that are met; other units may wait for them."""
+        """Conditions of this node that are met; other supervisors may wait for them."""
         self.started: asyncio.Event = asyncio.Event()
         """Set once the start of the graph need not wait for it any longer."""
         self.ended: asyncio.Event = asyncio.Event()
         self._condition_events = {Condition.READY: asyncio.Event()}
-        self._overseer = overseer
-        self._backoff = Backoff(self.supervision.restart)
+        self._overseer, self._backoff = overseer, Backoff(self.supervision.restart)
         self._lives_before = self.runtime.surroundings.life
         self._stop_asked = asyncio.Event()
         self._by_hand = False
@@ -432,7 +433,7 @@ class Unit:
         return True
 
     def __repr__(self) -> str:
-        return f"<Unit {self.name} {self.state}>"
+        return f"<Supervisor {self.name} {self.state}>"
 
 
 async def outlast(task: asyncio.Task[None]) -> None:

@@ -25,7 +25,7 @@ from busflow.node.lifetime import NodeLifetime
 from busflow.runner.loops import system as event_loop
 from busflow.runner.report import Blocks
 from busflow.runner.running_lines import running_lines
-from busflow.runner.supervisor import Unit
+from busflow.runner.supervisor import Supervisor
 from busflow.text import printable
 from busflow.validation.tracebacks import shown
 
@@ -119,7 +119,7 @@ def owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
                 yield owner.node, f"timer {owner.name}"
             elif isinstance(owner, EventHandler):
                 yield owner.node, owner.origin
-            elif isinstance(owner, Unit) and "name" in local:
+            elif isinstance(owner, Supervisor) and "name" in local:
                 yield owner.name, f"{type(owner.node).__name__}.{local['name']}"
             elif isinstance(owner, NodeLifetime) and "name" in local:
                 yield owner.name, f"task {local['name']}"

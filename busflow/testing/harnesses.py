@@ -287,7 +287,7 @@ class Harness:
         Raises:
             NotSeen: No node has received the topic so far: a test would wait in vain for what comes of it.
         """
-        if self.graph.units:
+        if self.graph.supervisors:
             self._refuse_unheard(topic, message)
         self.graph.publish(topic, message)
 

@@ -38,7 +38,7 @@ from busflow.log import LogRecord
 from busflow.node.parameter_store import ParameterStore, SetResult
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
-from busflow.runner.supervisor import Unit
+from busflow.runner.supervisor import Supervisor
 
 _REMEMBERED = 1024
 """Most messages whose hash is kept, since each delivery asks for it again."""
@@ -59,9 +59,9 @@ class Trace(Extension):
         graph.log.sinks.append(self._on_log)
         graph.attach(self)
 
-    def node_rebuilt(self, unit: Unit) -> None:
+    def node_rebuilt(self, supervisor: Supervisor) -> None:
         """Write that a node is about to be restarted."""
-        self._add("restart", unit.name, f"#{unit.restarts + unit.started_by_hand}")
+        self._add("restart", supervisor.name, f"#{supervisor.restarts + supervisor.started_by_hand}")
 
     def _on_attach(self, attached: object) -> None:
         if isinstance(attached, Timer):

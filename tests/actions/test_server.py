@@ -457,7 +457,7 @@ async def test_end_of_the_client_cancels_its_goals():
         await lab.advance(2)
         arm = lab.node(Arm)
         assert len(arm.move.goals) == 1
-        (patient,) = [each for each in lab.graph.units if each.name == "/patient"]
+        (patient,) = [each for each in lab.graph.supervisors if each.name == "/patient"]
         await lab.graph.stop_by_hand([patient])
         await lab.settle()
         assert (arm.move.goals, arm.move.statistics().canceled) == ((), 1)

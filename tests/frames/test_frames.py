@@ -181,9 +181,9 @@ async def test_remapped_nodes_have_a_tree_of_their_own(tmp_path):
 async def test_restarted_node_keeps_tree_and_sends_on():
     async with harness(Odometry, User) as lab:
         await lab.advance(0.35)
-        unit = next(unit for unit in lab.graph.units if unit.name == "/odometry")
-        await lab.graph.stop_by_hand([unit])
-        await lab.graph.start_by_hand(unit)
+        supervisor = next(each for each in lab.graph.supervisors if each.name == "/odometry")
+        await lab.graph.stop_by_hand([supervisor])
+        await lab.graph.start_by_hand(supervisor)
         await lab.advance(0.25)
         tree = next(iter(lab.graph.bus.shared.values())).tree
         assert tree.edges["base_link"].count == 5

@@ -78,7 +78,10 @@ async def test_late_message_drops_as_no_transform():
         line = next(line for line in lab.ledger if line.topic == "/points")
         assert (line.published, line.delivered, line.drops, line.queued) == (1, 0, {"no_transform": 1}, 0)
         (member,) = (
-            each for unit in lab.graph.units for each in unit.runtime.endpoints.subscriptions if each.topic == "/points"
+            received
+            for each in lab.graph.supervisors
+            for received in each.runtime.endpoints.subscriptions
+            if received.topic == "/points"
         )
         assert member.remark.startswith("map → base_link is 30 ms behind (/wheels, at 20 Hz)")
 

@@ -82,7 +82,7 @@ async def test_message_alone_is_a_drop_and_an_event():
         assert node.pairs == [(100, 101), (200, 201)]
         assert node.alone == [("/left/image", 0, 0.031)]
         assert [line.drops for line in lab.ledger] == [{"unpaired": 1}, {"unpaired": 1}]
-        left, right = (each for unit in lab.graph.units for each in unit.runtime.endpoints.subscriptions)
+        left, right = (one for each in lab.graph.supervisors for one in each.runtime.endpoints.subscriptions)
         assert left.remark == "/left/image and /right/image are 31 ms apart, within is 20 ms"
         assert right.remark == "/right/image and /left/image are 69 ms apart, within is 20 ms"
 
@@ -95,7 +95,7 @@ async def test_silent_partner_lets_the_oldest_go():
         assert lab.node(Stereo).alone == [("/left/image", 0, None), ("/left/image", 100, None)]
         left = next(line for line in lab.ledger if line.published)
         assert (left.published, left.delivered, left.drops, left.queued) == (5, 0, {"unpaired": 2}, 3)
-        (member, _) = (each for unit in lab.graph.units for each in unit.runtime.endpoints.subscriptions)
+        (member, _) = (one for each in lab.graph.supervisors for one in each.runtime.endpoints.subscriptions)
         assert member.remark == "its queue was full before /right/image had a message within 20 ms"
 
 
@@ -137,7 +137,7 @@ async def test_trigger_gets_the_newest_held_message():
         assert {line.topic: line.drops for line in lab.ledger} == {
             "/imu/data": {"unpaired": 1}, "/joint_states": {"superseded": 1}
         }  # fmt: skip
-        trigger = next(iter(lab.graph.units)).runtime.endpoints.subscriptions[0]
+        trigger = next(iter(lab.graph.supervisors)).runtime.endpoints.subscriptions[0]
         assert trigger.remark == "/joint_states had no message yet"
 
 

@@ -114,7 +114,7 @@ async def order(lab, wanted, *names):
     """Give an order, and let it be carried out."""
     given = OrdersByHand(lab.graph).give(wanted, names)
     await lab.settle()
-    return [unit.name for unit in given]
+    return [each.name for each in given]
 
 
 @virtual_time

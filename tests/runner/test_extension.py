@@ -67,8 +67,8 @@ class Part(Extension):
     def nodes_started(self) -> None:
         self.note("nodes_started")
 
-    def node_rebuilt(self, unit) -> None:
-        self.note(f"rebuilt {unit.name} #{unit.restarts}")
+    def node_rebuilt(self, supervisor) -> None:
+        self.note(f"rebuilt {supervisor.name} #{supervisor.restarts}")
 
     def end(self) -> None:
         self.note("end")

@@ -1,6 +1,6 @@
 """The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
 
-Tests of `host.py`, `lives.py`, `running_lines.py`, `sources.py`, `standard_error.py` and `units.py`.
+Tests of `host.py`, `lives.py`, `running_lines.py`, `sources.py`, `standard_error.py` and `supervisors.py`.
 """
 
 import os

@@ -158,19 +158,19 @@ async def test_a_node_goes_through_its_states_in_order():
 
     class Watched(Node):
         async def start(self):
-            seen.append(graph.units[0].state)
+            seen.append(graph.supervisors[0].state)
 
         async def run(self):
-            seen.append(graph.units[0].state)
+            seen.append(graph.supervisors[0].state)
 
         async def stop(self):
-            seen.append(graph.units[0].state)
+            seen.append(graph.supervisors[0].state)
 
     graph = graph_of(Watched)
     async with graph:
         await asyncio.sleep(1)
     assert seen == [NodeState.STARTING, NodeState.RUNNING, NodeState.STOPPING]
-    assert repr(graph.units[0]) == "<Unit /watched stopped>"
+    assert repr(graph.supervisors[0]) == "<Supervisor /watched stopped>"
 
 
 @virtual_time

@@ -79,8 +79,8 @@ class Inputs:
 
     def _received(self) -> dict[str, list[Subscription[Any]]]:
         found: dict[str, list[Subscription[Any]]] = {}
-        for unit in self._graph.units:
-            for each in unit.runtime.endpoints.subscriptions:
+        for supervisor in self._graph.supervisors:
+            for each in supervisor.runtime.endpoints.subscriptions:
                 if each.topic not in self._published:
                     found.setdefault(each.topic, []).append(each)
         return found

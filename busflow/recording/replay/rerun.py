@@ -236,5 +236,5 @@ class Rerun:
         if self._clock.unmet:
             ticks = counted(self._clock.unmet, "tick of a timer was", "ticks of timers were")
             self.notes.append(f"{ticks} recorded for which no timer waited in the replay")
-        if TICKS not in self._channels and any(unit.runtime.endpoints.timers for unit in self._graph.units):
+        if TICKS not in self._channels and any(each.runtime.endpoints.timers for each in self._graph.supervisors):
             self.notes.append("no ticks were recorded: timers tick from the start, before an input of the same instant")

@@ -18,7 +18,7 @@ from busflow.wire.zenoh.session import SOCKET, open_session
 
 if TYPE_CHECKING:
     from busflow.runner.graph import Graph
-    from busflow.runner.supervisor import Unit
+    from busflow.runner.supervisor import Supervisor
     from busflow.wire.mirror.barrier import Barrier
     from busflow.wire.mirror.mirror import Mirror
     from busflow.wire.zenoh.network import Network
@@ -156,10 +156,10 @@ class Inspection(Extension):
         """Return what the mirror knows of other sessions."""
         return {} if self._mirror is None else self._mirror.about()
 
-    def node_dismissed(self, unit: Unit) -> None:
+    def node_dismissed(self, supervisor: Supervisor) -> None:
         """Stop showing a node."""
         if self._mirror is not None:
-            self._mirror.hide(unit.name)
+            self._mirror.hide(supervisor.name)
 
     def end(self) -> None:
         """Close session and directory."""

@@ -111,8 +111,8 @@ class Mirror:
     def begin(self) -> None:
         """Show the nodes, and from now on every new endpoint; called before the first endpoint is attached."""
         self._loop = asyncio.get_running_loop()
-        for unit in self._graph.units:
-            self._node_id(unit.name)
+        for supervisor in self._graph.supervisors:
+            self._node_id(supervisor.name)
         self._graph.bus.on_attach.append(self._on_attach)
         self._graph.bus.on_detach.append(self._on_detach)
         answers = QuestionServer(
@@ -199,7 +199,7 @@ class Mirror:
 
     def _rosout_durability(self) -> Durability:
         """Return the durability that the publisher of `/rosout` needs for the subscriptions of this process's nodes."""
-        ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.endpoints.subscriptions]
+        ends = [end.endpoint for each in self._graph.supervisors for end in each.runtime.endpoints.subscriptions]
         latched = any(end.topic == ROSOUT and end.qos.latched for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 
@@ -344,8 +344,8 @@ class Mirror:
 
     def _announce_parameters(self) -> None:
         """Make every node publish its parameter events from now on: another process subscribes to them."""
-        for unit in self._graph.units:
-            unit.runtime.parameter_events.declare()
+        for supervisor in self._graph.supervisors:
+            supervisor.runtime.parameter_events.declare()
 
     def _on_loop(self, work: Any, *arguments: Any) -> None:
         """Call a function on the event loop, from any thread."""

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.node.parameter_store import LiveParameter
     from busflow.runner.graph import Graph
-    from busflow.runner.supervisor import Unit
+    from busflow.runner.supervisor import Supervisor
     from busflow.wire.zenoh.run_directory import RunCard
 
 _NO_GID = bytes(16)
@@ -132,8 +132,8 @@ class Questions:
             "seed": graph.seed,
             "clock": graph.clock.kind,
             "elapsed_s": graph.clock.seconds(),
-            "nodes": len(graph.units),
-            "states": Counter(unit.state.value for unit in graph.units),
+            "nodes": len(graph.supervisors),
+            "states": Counter(each.state.value for each in graph.supervisors),
             "interfaces": [str(each) for each in self._folders],
             **self._facts(),
             **self._about(),
@@ -145,8 +145,8 @@ class Questions:
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
         """Return `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere, …}`."""
-        topics, inbox = self._graph.bus.topics.values(), self._graph.bus.inbox.statistics()
-        timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.endpoints.timers]
+        graph, inbox = self._graph, self._graph.bus.inbox.statistics()
+        timers = [asdict(timer.statistics()) for each in graph.supervisors for timer in each.runtime.endpoints.timers]
         external = {each.topic for spec in self._graph.descriptions for each in spec.topics if each.external}
         return {
             "process": self._process,
@@ -154,10 +154,10 @@ class Questions:
             "elapsed_s": self._graph.clock.seconds(),
             "clock": self._graph.clock.kind,
             "inbox": {"dropped": inbox.dropped, "refused": inbox.refused},
-            "nodes": [_node(unit) for unit in self._graph.units],
+            "nodes": [_node(each) for each in self._graph.supervisors],
             "topics": [
                 self._topic(topic, external)
-                for topic in topics
+                for topic in graph.bus.topics.values()
                 if topic.publishers or topic.subscriptions or topic.name not in self.left_topics
             ],
             "services": [asdict(each) for each in service_reports(self._graph.bus)],
@@ -193,13 +193,13 @@ class Questions:
         services = self._graph.bus.services
         accounts = {name: service.statistics() for name, service in services.items()}
         types: dict[str, type[ServiceType]] = {name: service.type for name, service in services.items()}
-        for unit in self._graph.units:
-            own = LoggerServices(self._graph.log, unit.name).all()
-            offered = [*ParameterServices(unit.runtime.parameters).all(), *own]
+        for supervisor in self._graph.supervisors:
+            own = LoggerServices(self._graph.log, supervisor.name).all()
+            offered = [*ParameterServices(supervisor.runtime.parameters).all(), *own]
             if self._is_for_ros2:
                 from busflow.wire.queries.type_services import TypeServices  # as in wire/mirror/services.py
 
-                offered += TypeServices(self._graph.bus, self._supports, unit.name).all()
+                offered += TypeServices(self._graph.bus, self._supports, supervisor.name).all()
             types |= {name: service_type for name, service_type, _ in offered}
         return {
             name: {
@@ -252,22 +252,22 @@ class Questions:
         """Return each node's parameters: value, type (`ros_type` is ROS 2's number), range, source; `node` is one."""
         wanted = arguments.get("node")
         return {
-            unit.name: [_parameter(each) for each in unit.runtime.parameters.describe()]
-            for unit in self._graph.units
-            if wanted is None or unit.name == wanted
+            supervisor.name: [_parameter(each) for each in supervisor.runtime.parameters.describe()]
+            for supervisor in self._graph.supervisors
+            if wanted is None or supervisor.name == wanted
         }
 
     def set_parameters(self, arguments: Mapping[str, Any]) -> object:
         """Set `values` of a `node`, all or none: `{changed: [{name, old, new}], faults: [{path, message, fix}]}`."""
-        for unit in self._graph.units:
-            if unit.name == arguments["node"]:
-                return asdict(unit.runtime.parameters.set(arguments["values"]))
+        for supervisor in self._graph.supervisors:
+            if supervisor.name == arguments["node"]:
+                return asdict(supervisor.runtime.parameters.set(arguments["values"]))
         raise NoSuchTarget(f"there is no node {quoted(arguments['node'])} in this process")
 
     def order_nodes(self, arguments: Mapping[str, Any]) -> object:
         """Begin to `start`, `stop` or `restart` (the `order`) these `nodes`; return them as `graph` shows them now."""
-        units = self._orders.give(Order(arguments["order"]), set(map(str, arguments["nodes"])))
-        return {unit.name: _node(unit) for unit in units}
+        supervisors = self._orders.give(Order(arguments["order"]), set(map(str, arguments["nodes"])))
+        return {each.name: _node(each) for each in supervisors}
 
     def parameter_changes(self, arguments: Mapping[str, Any]) -> object:
         """Return the changes after the number `since` gives for this process; without it the last number."""
@@ -303,19 +303,19 @@ def _described(support: TypeSupport | ForeignType) -> dict[str, Any]:
     return {"hash": support.type_hash, "encoding": support.encoding, "description": support.description}
 
 
-def _node(unit: Unit) -> dict[str, Any]:
+def _node(supervisor: Supervisor) -> dict[str, Any]:
     return {
-        "name": unit.name,
-        "plugin": unit.plugin,
-        "state": unit.state.value,
-        "restarts": unit.restarts,
-        "stopped_by_hand": unit.stopped_by_hand,
-        "started_by_hand": unit.started_by_hand,
-        "depends_on": sorted(unit.supervision.depends_on),
-        "failure_count": unit.failure_count,
-        "failures": [unit.failure.summary] if unit.failure else [],
-        "publishers": _names(unit.runtime.endpoints.publishers),
-        "subscriptions": _names(unit.runtime.endpoints.subscriptions),
+        "name": supervisor.name,
+        "plugin": supervisor.plugin,
+        "state": supervisor.state.value,
+        "restarts": supervisor.restarts,
+        "stopped_by_hand": supervisor.stopped_by_hand,
+        "started_by_hand": supervisor.started_by_hand,
+        "depends_on": sorted(supervisor.supervision.depends_on),
+        "failure_count": supervisor.failure_count,
+        "failures": [supervisor.failure.summary] if supervisor.failure else [],
+        "publishers": _names(supervisor.runtime.endpoints.publishers),
+        "subscriptions": _names(supervisor.runtime.endpoints.subscriptions),
     }
 
 

@@ -1,4 +1,4 @@
-"""Units of a graph: made of a plan's members, each with those that it waits for, found, and stopped in order."""
+"""Supervisors of a graph's nodes: made, each with those that it waits for, found, and stopped in order."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from busflow.clock import Clock, perf_counter
 from busflow.errors import NotRunning
 from busflow.node.node import Node
 from busflow.node.supervision import stop_order
-from busflow.runner.supervisor import Overseer, Prerequisite, Unit
+from busflow.runner.supervisor import Overseer, Prerequisite, Supervisor
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
@@ -22,28 +22,28 @@ RESORT_S = 0.1
 """Time that a node that was given up has to end once cancelled, and again once its tasks are, in wall time."""
 
 
-def units_of(
+def supervisors_of(
     members: Sequence[PlannedNode],
     overseer: Overseer,
     extensions: Sequence[Extension] = (),
-    beside: Sequence[Unit] = (),
-) -> list[Unit]:
-    """Make a unit for each member; it may wait for the others, for those `beside`, and for what the extensions have.
+    beside: Sequence[Supervisor] = (),
+) -> list[Supervisor]:
+    """Make a supervisor for each node. It may wait for the others, those `beside`, and what the extensions have.
 
     A name that is found nowhere is that of a program that takes no part, as on simulated time: nothing waits for it.
     """
-    units = [Unit(each.node, plugin=each.plugin, overseer=overseer, supervision=each.supervision) for each in members]
+    supervisors = [Supervisor(each, overseer) for each in members]
     others = (each for extension in extensions for each in extension.prerequisites())
-    by_name: dict[str, Prerequisite] = {each.name: each for each in (*others, *beside, *units)}
-    for unit in units:
-        needs = unit.supervision.depends_on.items()
-        unit.needs = [(by_name[name], condition) for name, condition in needs if name in by_name]
-        for other, condition in unit.needs:
+    by_name: dict[str, Prerequisite] = {each.name: each for each in (*others, *beside, *supervisors)}
+    for supervisor in supervisors:
+        needs = supervisor.supervision.depends_on.items()
+        supervisor.needs = [(by_name[name], condition) for name, condition in needs if name in by_name]
+        for other, condition in supervisor.needs:
             other.condition_event(condition)  # created now: the first message is observed only from here on
-    return units
+    return supervisors
 
 
-def node_among(units: Sequence[Unit], which: type[Node] | str) -> Node:
+def node_among(supervisors: Sequence[Supervisor], which: type[Node] | str) -> Node:
     """Return the node of a class, or of a name; relative names are below `/`.
 
     Raises:
@@ -51,11 +51,11 @@ def node_among(units: Sequence[Unit], which: type[Node] | str) -> Node:
     """
     if isinstance(which, str):
         full = f"/{which.removeprefix('/')}"
-        found = [unit.node for unit in units if unit.name == full]
+        found = [each.node for each in supervisors if each.name == full]
     else:
-        found = [unit.node for unit in units if isinstance(unit.node, which)]
+        found = [each.node for each in supervisors if isinstance(each.node, which)]
     shown = which if isinstance(which, str) else which.__name__
-    names = [unit.name for unit in units]
+    names = [each.name for each in supervisors]
     if not found:
         raise NotRunning(f"there is no node {shown} in this graph; {did_you_mean(shown, names, none='it has none')}")
     if len(found) > 1:
@@ -63,25 +63,25 @@ def node_among(units: Sequence[Unit], which: type[Node] | str) -> Node:
     return found[0]
 
 
-async def stop_units(units: Sequence[Unit], clock: Clock, grace_s: float) -> None:
+async def stop_in_order(supervisors: Sequence[Supervisor], clock: Clock, grace_s: float) -> None:
     """Stop nodes, the last one first; none is given up before the grace of all has passed."""
     end = perf_counter() + grace_s
-    by_name = {unit.name: unit for unit in units}
-    order = stop_order(list(by_name), {unit.name: unit.supervision.depends_on for unit in units})
-    for left, unit in zip(range(len(order), 0, -1), map(by_name.__getitem__, order), strict=True):
-        unit.ask_to_stop()
+    by_name = {each.name: each for each in supervisors}
+    order = stop_order(list(by_name), {each.name: each.supervision.depends_on for each in supervisors})
+    for left, supervisor in zip(range(len(order), 0, -1), map(by_name.__getitem__, order), strict=True):
+        supervisor.ask_to_stop()
         # A slow node costs the others the order of stopping, not their own stop().
         with clock.wall_timeout((end - perf_counter()) / left):
-            await unit.ended.wait()
-    for unit in [unit for unit in units if not unit.ended.is_set()]:
+            await supervisor.ended.wait()
+    for supervisor in [each for each in supervisors if not each.ended.is_set()]:
         with clock.wall_timeout(end - perf_counter()):
-            await unit.ended.wait()
-    late = [unit for unit in units if not unit.ended.is_set()]
-    for unit in late:
-        unit.give_up(grace_s)
-    for resort in (Unit.close_tasks, Unit.leave):
+            await supervisor.ended.wait()
+    late = [each for each in supervisors if not each.ended.is_set()]
+    for supervisor in late:
+        supervisor.give_up(grace_s)
+    for resort in (Supervisor.close_tasks, Supervisor.leave):
         with clock.wall_timeout(RESORT_S):
-            for unit in late:
-                await unit.ended.wait()
-        for unit in [unit for unit in late if not unit.ended.is_set()]:
-            resort(unit)
+            for supervisor in late:
+                await supervisor.ended.wait()
+        for supervisor in [each for each in late if not each.ended.is_set()]:
+            resort(supervisor)
