@@ -19,7 +19,7 @@ from busflow.processes.crossing import crossing_problems, keep_main
 from busflow.processes.machines import Machines
 from busflow.processes.report import merged
 from busflow.processes.shares import Shares
-from busflow.processes.worker_process import MemberState, ProcessOutcome, WorkerProcess
+from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
 from busflow.ros2 import attach_successor, ros2_network
 from busflow.runner.extension import Extension
 from busflow.text import printable
@@ -94,11 +94,11 @@ class ProcessGroup(Extension):
         keep_main(plan, placement)
         self._main = placement.main
         self._machines = Machines(network, placement.machine, self._log, self.seconds) if network else None
-        self.members: list[WorkerProcess] = [
-            self._member(placement, process, f"{number}.sock", arguments)
+        self.workers: list[WorkerProcess] = [
+            self._worker(placement, process, f"{number}.sock", arguments)
             for number, process in enumerate(placement.others, 1)
         ]
-        self._by_name = {member.name: member for member in self.members}
+        self._by_name = {worker.name: worker for worker in self.workers}
         self._recording_failures: list[str] = []  # of a recording with `on_drop: fail`
         self._attach_to(graph)
 
@@ -161,19 +161,19 @@ class ProcessGroup(Extension):
         if process == self._main and self._own_snapshots is not None:
             self._own_snapshots.write(path, reason)
             return True
-        member = self._by_name.get(process)
-        return member is not None and member.send_command(snapshot={"path": str(path), "reason": reason})
+        worker = self._by_name.get(process)
+        return worker is not None and worker.send_command(snapshot={"path": str(path), "reason": reason})
 
-    def on_snapshot(self, member: WorkerProcess, message: Mapping[str, Any]) -> None:
+    def on_snapshot(self, worker: WorkerProcess, message: Mapping[str, Any]) -> None:
         """React to a process's message about a snapshot: it wants one, or it has written its file."""
         snapshots = self._snapshots
         if snapshots is None:
             return
         if "report" in message:
-            snapshots.take(member.name, message["report"])
+            snapshots.take(worker.name, message["report"])
         else:
             with suppress(NotRunning):  # the run has ended
-                self._graph.bus.call(lambda: snapshots.fail(f"{member.name}: {message['wanted']}"))
+                self._graph.bus.call(lambda: snapshots.fail(f"{worker.name}: {message['wanted']}"))
 
     def _attach_recording(self, record: RecordSpec, placement: Placement, plan: Plan) -> JointRecording:
         """Attach the recording of all processes; the plan still has the nodes of all processes."""
@@ -183,7 +183,7 @@ class ProcessGroup(Extension):
         self._graph.attach(recording)
         return recording
 
-    def _member(self, placement: Placement, process: str, socket: str, arguments: Sequence[str]) -> WorkerProcess:
+    def _worker(self, placement: Placement, process: str, socket: str, arguments: Sequence[str]) -> WorkerProcess:
         return WorkerProcess(
             placement.specs[process],
             placement.nodes[process],
@@ -197,11 +197,11 @@ class ProcessGroup(Extension):
     @property
     def failures(self) -> list[str]:
         """Failures of the worker processes, and of a recording that had to be complete, as texts for people."""
-        return [failure for member in self.members for failure in member.failures] + self._recording_failures
+        return [failure for worker in self.workers for failure in worker.failures] + self._recording_failures
 
     def run_report(self) -> Report:
         """Return the report of the whole run, once all its processes have ended."""
-        report = merged(self._graph.report(), self.members, self._node_order, name=self._main)
+        report = merged(self._graph.report(), self.workers, self._node_order, name=self._main)
         return (
             report if self._recording is None else replace(report, recording=self._recording.so_far(self._recorded()))
         )
@@ -214,7 +214,7 @@ class ProcessGroup(Extension):
         if recording is not None:
             recording.finish(replace(self.run_report(), recording=None), self._recorded())
             self._report_incomplete(recording)
-        if graph.exit_code is ExitCode.OK and any(member.state is MemberState.FAILED for member in self.members):
+        if graph.exit_code is ExitCode.OK and any(worker.state is WorkerState.FAILED for worker in self.workers):
             graph.conclude(ExitCode.FAILED)
         return graph.exit_code
 
@@ -234,8 +234,8 @@ class ProcessGroup(Extension):
         """Return the recording reports of all processes, those from before a restart included."""
         main = self._graph.report().recording
         recordings = [asdict(main)] if main is not None else []
-        for member in self.members:
-            reports = (*(each.report for each in member.outcomes), member.report)
+        for worker in self.workers:
+            reports = (*(each.report for each in worker.outcomes), worker.report)
             recordings += [report["recording"] for report in reports if report is not None and "recording" in report]
         return recordings
 
@@ -253,7 +253,7 @@ class ProcessGroup(Extension):
         find_network = ros2_network(graph.descriptions, linked)
         network = linked if find_network is None else find_network()
         if network is not None and network.ros2 is not None:
-            self._ports = {member.socket: HeldPort() for member in self.members}
+            self._ports = {worker.socket: HeldPort() for worker in self.workers}
             self._ros2_dials = tuple(network.ros2.dials)
         self._directory = RunDirectory.claim(self._name)
         name = self._directory.path.name
@@ -300,8 +300,8 @@ class ProcessGroup(Extension):
         self._membership.barrier.begin()
         problem: ProcessFailed | None = None
         async with asyncio.TaskGroup() as tasks:
-            for member in self.members:
-                tasks.create_task(member.live(), name=f"busflow.process.{member.name}")
+            for worker in self.workers:
+                tasks.create_task(worker.live(), name=f"busflow.process.{worker.name}")
             tasks.create_task(self._end_with_graph(), name="busflow.processes")
             watching = tasks.create_task(self._machines.watch(), name="busflow.machines") if self._machines else None
             try:
@@ -333,12 +333,12 @@ class ProcessGroup(Extension):
     async def _end_with_graph(self) -> None:
         """Stop the worker processes when the graph ends, the last one first, and kill those that take too long."""
         await self._graph.ending.wait()
-        for member in reversed(self.members):
-            member.ask_to_stop(self._graph.exit_code)
+        for worker in reversed(self.workers):
+            worker.ask_to_stop(self._graph.exit_code)
         await asyncio.sleep(0)
         loop = asyncio.get_running_loop()
-        for member in self.members:
-            loop.call_later(self._graph.grace_s + self._kill_s, member.kill, "did not stop in time")
+        for worker in self.workers:
+            loop.call_later(self._graph.grace_s + self._kill_s, worker.kill, "did not stop in time")
 
     # Called by the worker processes.
 
@@ -347,38 +347,38 @@ class ProcessGroup(Extension):
         """Files that each worker process has open from its start: the run's directory."""
         return (self._directory.descriptor,) if self._directory else ()
 
-    def first_line(self, member: WorkerProcess) -> bytes:
+    def first_line(self, worker: WorkerProcess) -> bytes:
         """Return a worker's assignment: it waits for all other processes, or for the running ones after a restart."""
-        others = [each.name for each in self.members if each is not member]
-        earlier = [SOCKET, *(each.socket for each in self.members[: self.members.index(member)])]
-        if member.restarts > 0:
-            others = [name for name in others if self._by_name[name].state is MemberState.RUNNING]
+        others = [each.name for each in self.workers if each is not worker]
+        earlier = [SOCKET, *(each.socket for each in self.workers[: self.workers.index(worker)])]
+        if worker.restarts > 0:
+            others = [name for name in others if self._by_name[name].state is WorkerState.RUNNING]
             # Zenoh does not always connect again to a socket that was gone for a moment; so this process does.
             there = self._directory.path.glob("*.sock") if self._directory else ()
-            earlier += [path.name for path in there if path.name not in {*earlier, member.socket}]
+            earlier += [path.name for path in there if path.name not in {*earlier, worker.socket}]
         return Assignment(
-            process=member.name,
-            socket=member.socket,
+            process=worker.name,
+            socket=worker.socket,
             earlier=tuple(earlier),
             directory=str(self._directory.inside) if self._directory else "",
             card=self._card,
-            nodes=member.nodes,
+            nodes=worker.nodes,
             others=(self._main, *others),
             seed=self._graph.seed,
             log_level=self._graph.log.level,
-            ros2_listens=self._ports[member.socket].address if self._ports else "",
+            ros2_listens=self._ports[worker.socket].address if self._ports else "",
             ros2_dials=self._ros2_dials,
-            restarts=member.restarts,
-            nice=member.spec.nice,
-            env=member.spec.env,
-            outer={variable: self._outer.get(variable) for variable in (*self._stated, *member.spec.env)},
+            restarts=worker.restarts,
+            nice=worker.spec.nice,
+            env=worker.spec.env,
+            outer={variable: self._outer.get(variable) for variable in (*self._stated, *worker.spec.env)},
             watchdog_s=self._graph.watchdog.bound_s if self._graph.watchdog else None,
-            prints_failures=self._graph.prints_failures and member.policy.when is Restart.NEVER,
+            prints_failures=self._graph.prints_failures and worker.policy.when is Restart.NEVER,
             path=tuple(sys.path),
-            memory=member.memory,
+            memory=worker.memory,
             args=self._args,
             event_loop=self._event_loop,
-            record=self._share_data(member.name),
+            record=self._share_data(worker.name),
         ).line()
 
     def _share_data(self, process: str) -> Mapping[str, Any] | None:
@@ -402,16 +402,16 @@ class ProcessGroup(Extension):
         """Return the run's time."""
         return self._graph.clock.seconds()
 
-    def on_outcome(self, member: WorkerProcess, outcome: ProcessOutcome) -> None:
+    def on_outcome(self, worker: WorkerProcess, outcome: ProcessOutcome) -> None:
         """Handle each end of a process: an incomplete recording with `on_drop: fail` ends the run."""
         if self._snapshots is not None:
-            self._snapshots.lose(member.name)
+            self._snapshots.lose(worker.name)
             # A process that reported its end has asked for a snapshot itself, when its node failed.
             if outcome.failure and not outcome.reported_end:
                 self._snapshots.fail(outcome.failure)
         recording: Mapping[str, Any] = (outcome.report or {}).get("recording") or {}
         if self._recording is not None and self._recording.is_to_be_complete and not recording.get("complete"):
-            why = outcome.failure or f"the process {member.name} has not finished its file"
+            why = outcome.failure or f"the process {worker.name} has not finished its file"
             path = printable(self._recording.path)
             self._graph.give_up(IncompleteRecording(f"the recording {path} is incomplete: {why} (on_drop: fail)"))
 
@@ -424,12 +424,12 @@ class ProcessGroup(Extension):
 
     def _about(self) -> Mapping[str, Any]:
         """Return facts about the worker processes and machines, which may be unable to answer themselves."""
-        members = [
-            {"process": member.name, "pid": member.pid, "nodes": len(member.nodes), "restarts": member.restarts}
-            | {"states": {member.state.value: len(member.nodes)}}
-            for member in self.members
+        workers = [
+            {"process": worker.name, "pid": worker.pid, "nodes": len(worker.nodes), "restarts": worker.restarts}
+            | {"states": {worker.state.value: len(worker.nodes)}}
+            for worker in self.workers
         ]
-        return {"restarts": 0, "members": members, **(self._machines.about() if self._machines else {})}
+        return {"restarts": 0, "members": workers, **(self._machines.about() if self._machines else {})}
 
     def about(self) -> Mapping[str, Any]:
         """Return what the main process knows of other sessions."""
@@ -437,11 +437,11 @@ class ProcessGroup(Extension):
 
     def is_finished(self) -> bool:
         """Return whether every worker process has ended too."""
-        return all(member.state is MemberState.ENDED for member in self.members)
+        return all(worker.state is WorkerState.ENDED for worker in self.workers)
 
     def _on_presence(self, process: str, there: bool) -> None:
-        member = self._by_name.get(process)
-        if member is not None:
-            member.on_presence(there=there)
+        worker = self._by_name.get(process)
+        if worker is not None:
+            worker.on_presence(there=there)
         elif self._machines is not None:
             self._machines.on_presence(process, there=there)

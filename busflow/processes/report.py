@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str], *, name: str = MAIN) -> Report:
+def merged(main: Report, workers: Sequence[WorkerProcess], order: Sequence[str], *, name: str = MAIN) -> Report:
     """Merge the last reports of the other processes into that of the main process, once all have ended.
 
     A message that did not reach a subscription's process, in any of its lives, counts as a drop of the subscription.
 
     Args:
         main: the report of the main process.
-        members: the other processes.
+        workers: the other processes.
         order: the full names of all nodes, in the order of the report.
         name: the name of the main process.
     """
@@ -43,20 +43,20 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
     inbox = Counter(dropped=main.inbox_dropped, refused=main.inbox_refused, lines=main.log_lines_lost)
     blocks = list(main.blocks)
     processes = [ProcessReport(name, None, tuple(node.name for node in main.nodes))]
-    for member in members:
-        lives.append([*(_read(each.report, ended=True) for each in member.outcomes), _read(member.report, ended=False)])
-        for report in (*(each.report for each in member.outcomes), member.report):
+    for worker in workers:
+        lives.append([*(_read(each.report, ended=True) for each in worker.outcomes), _read(worker.report, ended=False)])
+        for report in (*(each.report for each in worker.outcomes), worker.report):
             if report is not None:
                 inbox.update(report["inbox"], lines=report["log_lines_lost"])
                 blocks += [_as(Blocks, each) for each in report["blocks"]]
-        failures = tuple(each.failure for each in member.outcomes if each.failure)
+        failures = tuple(each.failure for each in worker.outcomes if each.failure)
         processes.append(
-            ProcessReport(member.name, member.pid, member.nodes, member.restarts, member.state.value, failures)
+            ProcessReport(worker.name, worker.pid, worker.nodes, worker.restarts, worker.state.value, failures)
         )
     reports = [each for process in lives for each in process]
     nodes = {node.name: node for each in reports for node in each.nodes}
     nodes = {
-        name: nodes.get(name) or NodeReport(name, "", "failed") for member in members for name in member.nodes
+        name: nodes.get(name) or NodeReport(name, "", "failed") for worker in workers for name in worker.nodes
     } | nodes
     return replace(
         main,

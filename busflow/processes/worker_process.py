@@ -34,7 +34,7 @@ _SIGNALS = {int(code): number for number, code in CODES.items()}
 """Signals by the exit code of a process that stopped because of one."""
 
 
-class MemberState(StrEnum):
+class WorkerState(StrEnum):
     """State of a worker process."""
 
     STARTING = "starting"
@@ -69,7 +69,7 @@ class WorkerOwner(Protocol):
         """Files that the process has open from its start."""
         ...
 
-    def first_line(self, member: WorkerProcess) -> bytes:
+    def first_line(self, worker: WorkerProcess) -> bytes:
         """Return the first line for the process's standard input: its assignment, with the parameters set until now."""
         ...
 
@@ -90,7 +90,7 @@ class WorkerOwner(Protocol):
         """
         ...
 
-    def on_outcome(self, member: WorkerProcess, outcome: ProcessOutcome) -> None:
+    def on_outcome(self, worker: WorkerProcess, outcome: ProcessOutcome) -> None:
         """React to the end of a life, if nothing had asked the process to stop."""
         ...
 
@@ -98,7 +98,7 @@ class WorkerOwner(Protocol):
         """Return the run's time."""
         ...
 
-    def on_snapshot(self, member: WorkerProcess, message: Mapping[str, Any]) -> None:
+    def on_snapshot(self, worker: WorkerProcess, message: Mapping[str, Any]) -> None:
         """React to a message of the process about a snapshot; called in any thread."""
         ...
 
@@ -120,7 +120,7 @@ class WorkerProcess:
         self.name: str = spec.name
         self.nodes: tuple[str, ...] = tuple(nodes)
         self.socket: str = socket
-        self.state: MemberState = MemberState.STARTING
+        self.state: WorkerState = WorkerState.STARTING
         self._backoff = Backoff(spec.restart)
         self.failures: list[str] = []
         self.outcomes: list[ProcessOutcome] = []
@@ -189,7 +189,7 @@ class WorkerProcess:
                     known = self._end and code not in _SIGNALS
                     self._owner.on_final(code if known else ExitCode.FAILED, finished=bool(self._end.get("finished")))
                     return
-                self.state = MemberState.RESTARTING
+                self.state = WorkerState.RESTARTING
                 self._log.warning(f"the process {self.name} restarts in {pause_s:g} s", restart=self.restarts)
                 with suppress(TimeoutError):
                     async with asyncio.timeout(pause_s):
@@ -199,7 +199,7 @@ class WorkerProcess:
                 self.child.kill()
 
     async def _live_once(self) -> int:
-        self.state, self.report, self._killed_for = MemberState.STARTING, None, ""
+        self.state, self.report, self._killed_for = WorkerState.STARTING, None, ""
         self._end, self._last_message_s = {}, None
         try:
             self.child = Child(
@@ -222,10 +222,10 @@ class WorkerProcess:
         if failure:
             self._log.error(failure)
         if not self._stopping.is_set():
-            self.state = MemberState.FAILED if failure else MemberState.ENDED
+            self.state = WorkerState.FAILED if failure else WorkerState.ENDED
             self._owner.on_outcome(self, self.outcomes[-1])
         else:  # a node may have failed in its `stop`
-            self.state = MemberState.FAILED if failures else MemberState.ENDED
+            self.state = WorkerState.FAILED if failures else WorkerState.ENDED
             self.failures += failures
         return code
 
@@ -247,7 +247,7 @@ class WorkerProcess:
     def _pause_s(self) -> float | None:
         """Return the time until the next life; None if there is none."""
         when, now_s = self.policy.when, self._owner.seconds()
-        ended_well = self.state is MemberState.ENDED
+        ended_well = self.state is WorkerState.ENDED
         if (
             when is Restart.NEVER
             or (when is Restart.ON_FAILURE and ended_well)
@@ -269,7 +269,7 @@ class WorkerProcess:
 
     def send_command(self, **values: Any) -> bool:
         """Send a command to the process, such as one for a snapshot; return False if it does not run."""
-        if self.child is None or self.state is MemberState.STARTING or self._last_message_s is None:
+        if self.child is None or self.state is WorkerState.STARTING or self._last_message_s is None:
             return False
         self.child.send(json.dumps(values).encode() + b"\n")
         return True
@@ -284,15 +284,15 @@ class WorkerProcess:
         """React to the process's liveliness token: it has appeared, or is gone because the process ends or hangs."""
         self._has_no_token = not there
         if there:
-            if self.state is MemberState.HANGS:
+            if self.state is WorkerState.HANGS:
                 self._log.warning(f"the process {self.name} answers again")
-            self.state = MemberState.RUNNING
+            self.state = WorkerState.RUNNING
             if self._running_since_s is None:  # else only its token was gone for a moment, and this is the same life
                 self._running_since_s = self._owner.seconds()
                 self._log.debug(f"the process {self.name} runs")
                 if self.child is not None:
                     self._check_reports(self.child, self._owner.seconds())
-        elif self.state is MemberState.RUNNING and self.child is not None:
+        elif self.state is WorkerState.RUNNING and self.child is not None:
             asyncio.get_running_loop().call_later(_EXIT_S, self._check_for_hang, self.child)
 
     def _check_for_hang(self, child: Child) -> None:
@@ -314,9 +314,9 @@ class WorkerProcess:
         if now_s - checked_s > _SILENT_S:  # the main process stood still, and has not read the reports yet
             self._last_report_s = now_s
         silent_s = now_s - self._last_report_s
-        if self.state is MemberState.RUNNING and silent_s > self.spec.hang_s and self._is_at_work(child.pid):
+        if self.state is WorkerState.RUNNING and silent_s > self.spec.hang_s and self._is_at_work(child.pid):
             self._hang(child, f"its event loop stands still for {self.spec.hang_s:g} s (hang: in processes:)")
-        elif self.state is MemberState.HANGS and silent_s < _SILENT_S and not self._has_no_token:
+        elif self.state is WorkerState.HANGS and silent_s < _SILENT_S and not self._has_no_token:
             self.on_presence(there=True)
         asyncio.get_running_loop().call_later(_CHECK_S, self._check_reports, child, now_s)
 
@@ -327,7 +327,7 @@ class WorkerProcess:
         return bool(nodes) and not states & _BEFORE_WORK and not self._is_debugged and not _is_traced(pid)
 
     def _hang(self, child: Child, why: str) -> None:
-        self.state = MemberState.HANGS
+        self.state = WorkerState.HANGS
         self._log.error(f"the process {self.name} hangs: {why}", pid=child.pid)
         if self.policy.when is not Restart.NEVER:
             self.kill("hung")

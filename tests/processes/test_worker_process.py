@@ -9,13 +9,13 @@ from busflow.launchfile.model.description import ProcessSpec
 from busflow.launchfile.yaml.value import Origin, StatedBy
 from busflow.log import Log
 from busflow.node.supervision import Restart, RestartPolicy
-from busflow.processes.worker_process import MemberState, ProcessOutcome, WorkerProcess
+from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
 from busflow.testing import virtual_time
 from busflow.wire.zenoh.session import LEASE_MS
 
 
 class Owner:
-    """The run around a member, by the time of the loop."""
+    """The run around a worker, by the time of the loop."""
 
     def seconds(self):
         return asyncio.get_running_loop().time()
@@ -42,111 +42,111 @@ class Child:
 
 @pytest.fixture
 def running():
-    """A member that the others see, and the lines of the log."""
+    """A worker that the others see, and the lines of the log."""
 
     def running(when=Restart.ON_FAILURE, *, says=({"report": {"nodes": []}},)):
         lines = []
         spec = ProcessSpec("left", Origin(StatedBy.CALLER), restart=RestartPolicy(when))
         log = Log(SystemClock(), sinks=(lines.append,)).bind("busflow")
-        member = WorkerProcess(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, owner=Owner(), log=log)
-        member.child = Child()
+        worker = WorkerProcess(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, owner=Owner(), log=log)
+        worker.child = Child()
         for message in says:
-            member.on_message(message)
-        member.on_presence(there=True)
-        return member, lines
+            worker.on_message(message)
+        worker.on_presence(there=True)
+        return worker, lines
 
     return running
 
 
 @virtual_time
 async def test_silent_process_without_token_hangs_and_is_killed(running):
-    member, lines = running()
+    worker, lines = running()
     await asyncio.sleep(5)
-    member.on_presence(there=False)
+    worker.on_presence(there=False)
     await asyncio.sleep(0.3)
-    assert (member.state, member.child.killed) == (MemberState.HANGS, True)
+    assert (worker.state, worker.child.killed) == (WorkerState.HANGS, True)
     (line,) = lines
     assert line.event == "the process left hangs: it is stopped (SIGSTOP), or has no time to answer"
 
 
 @virtual_time
 async def test_stopped_process_is_logged_within_two_seconds(running):
-    member, lines = running()
+    worker, lines = running()
     await asyncio.sleep(5)
-    member.on_message({"report": {"nodes": []}})  # and now it is stopped
+    worker.on_message({"report": {"nodes": []}})  # and now it is stopped
     await asyncio.sleep(LEASE_MS / 1000)  # when Zenoh gives it up, at the latest
-    member.on_presence(there=False)
+    worker.on_presence(there=False)
     await asyncio.sleep(1.9 - LEASE_MS / 1000)  # the rest is for a machine that is busy
-    assert member.state is MemberState.HANGS
+    assert worker.state is WorkerState.HANGS
     assert len(lines) == 1
 
 
 @virtual_time
 async def test_process_that_still_writes_does_not_hang(running):
-    member, lines = running()
+    worker, lines = running()
     await asyncio.sleep(5)
-    member.on_presence(there=False)  # this process was stopped, and its links have been given up
+    worker.on_presence(there=False)  # this process was stopped, and its links have been given up
     for _ in range(20):
-        member.on_message({"report": {"nodes": []}})
+        worker.on_message({"report": {"nodes": []}})
         await asyncio.sleep(0.5)
-    assert (member.state, member.child.killed, lines) == (MemberState.RUNNING, False, [])
+    assert (worker.state, worker.child.killed, lines) == (WorkerState.RUNNING, False, [])
     await asyncio.sleep(2.5)
-    assert (member.state, member.child.killed) == (MemberState.HANGS, True), "once it says nothing any more"
+    assert (worker.state, worker.child.killed) == (WorkerState.HANGS, True), "once it says nothing any more"
 
 
 @virtual_time
 async def test_token_of_the_former_life_kills_no_start(running):
     """On a busy machine it may come and go after the next process was started, which has said nothing yet."""
-    member, _ = running(says=())
-    member.on_presence(there=False)
+    worker, _ = running(says=())
+    worker.on_presence(there=False)
     await asyncio.sleep(10)
-    assert not member.child.killed
+    assert not worker.child.killed
 
 
 @virtual_time
 async def test_process_that_reported_its_end_has_time(running):
-    member, _ = running()
-    member.on_message({"report": {"nodes": []}, "end": {"exit_code": 0}})
-    member.on_presence(there=False)
+    worker, _ = running()
+    worker.on_message({"report": {"nodes": []}, "end": {"exit_code": 0}})
+    worker.on_presence(there=False)
     await asyncio.sleep(5)
-    assert not member.child.killed
+    assert not worker.child.killed
     await asyncio.sleep(10)
-    assert member.child.killed, "one that never exits"
+    assert worker.child.killed, "one that never exits"
 
 
 @virtual_time
 async def test_process_that_reads_commands_ends_by_one(running):
-    member, _ = running()
-    member.ask_to_stop(130)
-    assert (member.child.sent, member.child.terminated) == ([b'{"end": 130}\n'], False)
+    worker, _ = running()
+    worker.ask_to_stop(130)
+    assert (worker.child.sent, worker.child.terminated) == ([b'{"end": 130}\n'], False)
 
 
 @virtual_time
 async def test_process_that_reads_no_commands_gets_sigterm(running):
-    member, _ = running(says=())
-    member.ask_to_stop(130)
-    assert (member.child.sent, member.child.terminated) == ([], True)
+    worker, _ = running(says=())
+    worker.ask_to_stop(130)
+    assert (worker.child.sent, worker.child.terminated) == ([], True)
 
 
 @virtual_time
 async def test_process_seen_again_in_time_does_not_hang(running):
-    member, lines = running()
-    member.on_presence(there=False)
+    worker, lines = running()
+    worker.on_presence(there=False)
     await asyncio.sleep(0.1)
-    member.on_presence(there=True)
+    worker.on_presence(there=True)
     await asyncio.sleep(10)
-    assert (member.state, member.child.killed, lines) == (MemberState.RUNNING, False, [])
+    assert (worker.state, worker.child.killed, lines) == (WorkerState.RUNNING, False, [])
 
 
 @virtual_time
 async def test_hung_process_without_restart_is_only_logged(running):
-    member, lines = running(Restart.NEVER)
+    worker, lines = running(Restart.NEVER)
     await asyncio.sleep(5)
-    member.on_presence(there=False)
+    worker.on_presence(there=False)
     await asyncio.sleep(5)
-    assert (member.state, member.child.killed) == (MemberState.HANGS, False)
-    member.on_presence(there=True)
-    assert member.state is MemberState.RUNNING
+    assert (worker.state, worker.child.killed) == (WorkerState.HANGS, False)
+    worker.on_presence(there=True)
+    assert worker.state is WorkerState.RUNNING
     assert lines[-1].event == "the process left answers again"
 
 
@@ -155,48 +155,48 @@ RUNNING, STARTING = ({"nodes": [{"name": "/a", "state": state}]} for state in ("
 
 @virtual_time
 async def test_a_loop_that_stands_still_is_restarted(running):
-    member, lines = running()
+    worker, lines = running()
     await asyncio.sleep(5)
-    member.on_message({"report": RUNNING})
+    worker.on_message({"report": RUNNING})
     await asyncio.sleep(30)
-    assert (member.state, member.child.killed) == (MemberState.RUNNING, False)
-    member.on_message({"parameters": {}})  # by a thread: it is the loop that sends reports
+    assert (worker.state, worker.child.killed) == (WorkerState.RUNNING, False)
+    worker.on_message({"parameters": {}})  # by a thread: it is the loop that sends reports
     await asyncio.sleep(1)
-    assert (member.state, member.child.killed) == (MemberState.HANGS, True)
+    assert (worker.state, worker.child.killed) == (WorkerState.HANGS, True)
     text = "the process left hangs: its event loop stands still for 30 s (hang: in processes:)"
     assert [line.event for line in lines] == [text]
 
 
 @virtual_time
 async def test_a_loop_that_turns_again_runs(running):
-    member, lines = running(Restart.NEVER)
-    member.on_message({"report": RUNNING})
+    worker, lines = running(Restart.NEVER)
+    worker.on_message({"report": RUNNING})
     await asyncio.sleep(40)
-    assert (member.state, member.child.killed) == (MemberState.HANGS, False)
-    member.on_message({"report": RUNNING})
+    assert (worker.state, worker.child.killed) == (WorkerState.HANGS, False)
+    worker.on_message({"report": RUNNING})
     await asyncio.sleep(0.5)
-    assert member.state is MemberState.RUNNING
+    assert worker.state is WorkerState.RUNNING
     assert lines[-1].event == "the process left answers again"
 
 
 @pytest.mark.parametrize("message", [{"report": STARTING}, {"report": RUNNING, "debugged": True}])
 @virtual_time
 async def test_slow_start_and_debugger_are_no_hang(running, message):
-    member, lines = running()
-    member.on_message(message)
+    worker, lines = running()
+    worker.on_message(message)
     await asyncio.sleep(3600)
-    assert (member.state, member.child.killed, lines) == (MemberState.RUNNING, False, [])
+    assert (worker.state, worker.child.killed, lines) == (WorkerState.RUNNING, False, [])
 
 
 def test_parameters_and_restart_counts_survive_a_restart(running):
     async def tell():
-        member, _ = running()
-        member.on_message({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})
-        member.on_message({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
+        worker, _ = running()
+        worker.on_message({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})
+        worker.on_message({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
         restarted = {"nodes": [_counts("/a", 1, 1, "running"), _counts("/b", 0, 0, "stopped by hand")]}
-        member.on_message({"report": restarted})
-        member.outcomes += [ProcessOutcome(7, restarted, "killed"), ProcessOutcome(8, None, "killed")]
-        return member.memory
+        worker.on_message({"report": restarted})
+        worker.outcomes += [ProcessOutcome(7, restarted, "killed"), ProcessOutcome(8, None, "killed")]
+        return worker.memory
 
     memory = asyncio.run(tell())
     assert memory.parameters == {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}
