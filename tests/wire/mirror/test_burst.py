@@ -215,12 +215,11 @@ def test_burst_deeper_than_the_queue_arrives_whole(directory, monkeypatch, ear):
             with wire(directory) as counts:
                 await until(lambda: talker.say(0) or counts)
                 await until(lambda: heard[-1:] == [0] and len(heard) == talker.numbers.published)
-                del heard[:], counts[:]
+                del heard[:]
                 talker.say(*range(1, 101))
                 await until(lambda: heard[-1:] == [100])
                 assert heard == [*range(1, 101)]
-                assert sum(counts) == 100
-                assert max(counts) == 32
+                await until(lambda: counts[-4:] == [32, 32, 32, 4])  # the zeros may come late to this session
             topic = there.graph.bus.topics["/numbers"].statistics()
             assert (topic.losses, topic.subscriptions[0].dropped) == ({}, 0)
             assert topic.published == topic.subscriptions[0].delivered == talker.numbers.published
