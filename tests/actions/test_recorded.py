@@ -67,6 +67,45 @@ def test_all_parts_of_an_action_are_recorded(recording, capsys):
     assert found == events | {"/arm/move/_action/feedback", "/arm/move/_action/status"}
 
 
+PUSHED_ARM = """
+from busflow import subscription
+from busflow.msgs.std_msgs import Float64
+from tests.actions import conftest
+
+
+class Arm(conftest.Arm):
+    @subscription("push")
+    def on_push(self, push: Float64) -> None:
+        self.at += push.data
+"""
+PUSHING_BOSS = """
+from busflow import Node, action_client, publisher
+from busflow.msgs.std_msgs import Float64
+from tests.actions.conftest import MoveTo
+
+
+class Boss(Node):
+    move = action_client(MoveTo, "arm/move")
+    push = publisher(Float64, "push")
+
+    async def run(self) -> None:
+        async with self.move.send(MoveTo.Goal(angle=3)) as going:
+            await self.clock.sleep(1.5)
+            self.push.publish(Float64(data=1))
+            await going.result()
+"""
+
+
+@pytest.mark.parametrize("node", ["arm", "boss"])
+def test_uncanceled_goal_with_later_inputs_replays(graph, node, capsys):
+    """No recorded answer says that the action has a `cancel_goal`; the first push comes while the goal runs."""
+    (graph / "arm.py").write_text(PUSHED_ARM)
+    (graph / "boss.py").write_text(PUSHING_BOSS)
+    assert main(["run", "graph.yaml", "--sim", "--for", "8s", "--record", "moves.mcap"]) == 0
+    assert main(["replay", "moves.mcap", "graph.yaml", "--node", node]) == 0, capsys.readouterr().out
+    assert "1 on /arm/move/_action/get_result" in capsys.readouterr().out
+
+
 QUICK_ARM = """
 from busflow import Node, RunningGoal, action
 from tests.actions.conftest import MoveTo

@@ -50,15 +50,17 @@ class Calls(Extension):
         sent = {(service, self._gids[gid]): ids for (service, gid), ids in past.goals.items() if gid in self._gids}
         self.goals: SentGoals = SentGoals(sent)
         """The goals that the nodes send."""
-        self._served: dict[str, type[ServiceType]] = {end.service: end.type for each in members for end in each.servers}
+        served = {end.service: end.type for each in members for end in each.servers}
         called = {end.service: end.type for each in members for end in each.clients}
+        actions = {action_of(name) for name in past.answered} - {None}
         self._stand_ins: dict[str, StandIn] = {
             name: StandIn(name, service_type, check, graph.clock, self.goals)
             for name, service_type in called.items()
-            if name not in self._served and name in past.answered
+            if name not in served and (name in past.answered or action_of(name) in actions)
         }
+        self._servers = {name: _Server(self, name, service_type) for name, service_type in served.items()}
         self._tasks: set[asyncio.Task[None]] = set()
-        for name, service_type in self._served.items():
+        for name, service_type in served.items():
             check.watch(name, plain_of(service_type.Response))
 
     def role(self, channel: Channel) -> Callable[[Entry], None] | None:
@@ -66,8 +68,8 @@ class Calls(Extension):
         name = channel.topic.removesuffix(SUFFIX)
         if name == channel.topic:
             return None
-        if name in self._served:
-            return _Server(self, name, self._served[name]).on_event
+        if name in self._servers:
+            return self._servers[name].on_event
         return self._stand_ins[name].listener(self._gids) if name in self._stand_ins else None
 
     def is_by_node(self, gid: bytes) -> bool:
