@@ -44,8 +44,8 @@ class Trials:
     """Seeds that were tried."""
     snapshots: list[SnapshotReport] = field(default_factory=list["SnapshotReport"])
     """Bags of the last moments before something went wrong, if the launch file asks for them."""
-    _wrong: dict[str, tuple[Fault, list[int]]] = field(default_factory=dict[str, tuple[Fault, list[int]]])
-    """Faults by subject: the first one, and all seeds that showed one."""
+    _wrong: dict[str, tuple[Problem, list[int]]] = field(default_factory=dict[str, tuple[Problem, list[int]]])
+    """Problems by subject: the first one, and all seeds that showed one."""
 
     def run(self, seeds: Iterable[int]) -> None:
         """Run once with each seed.
@@ -55,21 +55,19 @@ class Trials:
         """
         for seed in seeds:
             self.seeds.append(seed)
-            for key, fault in self._faults(seed):
-                self._wrong.setdefault(key, (fault, []))[1].append(seed)
+            for key, problem in self._problems_with(seed):
+                self._wrong.setdefault(key, (problem, []))[1].append(seed)
 
     def problems(self) -> list[Problem]:
         """Return the problems found, each with the first seed that shows it."""
-        stated = self.description.expect or Value({}, Origin(StatedBy.FILE))
         found: list[Problem] = []
-        for fault, seeds in self._wrong.values():
-            others = f", as with {len(seeds) - 1} others" if len(seeds) > 1 else ""
-            text = f"{fault.message} (seed {seeds[0]}{others}, of {len(self.seeds)})"
-            found += problems([Fault(fault.path, text, fault.fix, fault.code)], stated, noun="expectation")
+        for problem, seeds in self._wrong.values():
+            others = f", as with {counted(len(seeds) - 1, 'other')}" if len(seeds) > 1 else ""
+            found.append(replace(problem, message=f"{problem.message} (seed {seeds[0]}{others}, of {len(self.seeds)})"))
         return found
 
-    def _faults(self, seed: int) -> list[tuple[str, Fault]]:
-        """Run with one seed; return the faults, each with its subject."""
+    def _problems_with(self, seed: int) -> list[tuple[str, Problem]]:
+        """Run with one seed; return what was wrong, each with its subject."""
         from busflow.recording.recorder.recorder import record_graph
 
         unhurried = replace(self.description, clock=replace(self.description.clock, rate=None))
@@ -81,21 +79,25 @@ class Trials:
             try:
                 return run_virtual(self._watched(graph, expectations), name="test", loop=loop_factory())
             except (NodeFailed, Stray, Deadlock) as error:
-                return [(str(error).partition("\n")[0], Fault((), str(error), code="failed"))]
+                first, *more = str(error).splitlines()
+                details = tuple(each.removeprefix("  ") for each in more)
+                return [(first, Problem("failed-expectation", first, details=details))]
             finally:
                 self.snapshots += graph.report().snapshots
 
-    async def _watched(self, graph: Graph, expectations: Expectations) -> list[tuple[str, Fault]]:
-        """Run to the end; return the faults, of which a new one is shown by a snapshot."""
+    async def _watched(self, graph: Graph, expectations: Expectations) -> list[tuple[str, Problem]]:
+        """Run to the end; return what was wrong, of which something new is shown by a snapshot."""
         async with graph:
             await graph.clock.sleep(self.for_s)
             await graph.clock.settle()
-        faults = [(str(fault.path), fault) for fault in expectations.broken()]
-        new = [fault.message for key, fault in faults if key not in self._wrong]
+        faults = list(expectations.broken())
+        stated = self.description.expect or Value({}, Origin(StatedBy.FILE))
+        found = {str(each.path): problems([each], stated, noun="expectation")[0] for each in faults}
+        new = [fault.message for fault in faults if str(fault.path) not in self._wrong]
         if new:
             for extension in graph.extensions:
                 extension.snapshot("; ".join(new))
-        return faults
+        return list(found.items())
 
 
 def expectations_of(description: LaunchDescription) -> ExpectKeys:

@@ -161,9 +161,9 @@ def test_values_inside_messages_and_arrays(wrong):
 
 
 def test_failing_node_breaks_expectations_without_an_entry(wrong):
-    ((_, text),) = wrong("", source__fails_at=0.99, seeds=range(20))
-    assert "node /source failed in Source.tick" in text
-    assert "is too much" in text
+    ((line, text),) = wrong("", source__fails_at=0.99, seeds=range(20))
+    assert line is None
+    assert text.startswith("node /source failed in Source.tick (timer) (seed ")
     assert text.endswith(", of 20)")
 
 
@@ -177,6 +177,15 @@ def test_command_prints_the_place_and_the_seed(expecting, capsys):
     assert f"{path}:13:15: error: data of /level was 0.9" in captured.out
     assert "      data: [0, 0.99]\n" in captured.out
     assert captured.out.endswith("expecting: 5 runs of 60s: 1 thing wrong\n")
+
+
+def test_command_prints_a_failure_in_its_lines(expecting, capsys):
+    assert main(["test", expecting(""), "--set", "nodes.source.parameters.fails_at=0"]) == 1
+    first, at, code, error, _ = capsys.readouterr().out.splitlines()
+    assert first == "error: node /source failed in Source.tick (timer) (seed 0, of 1)"
+    assert at.startswith("  at nodes.py:")
+    assert code.startswith("    raise ")
+    assert "is too much" in error
 
 
 def test_the_command_is_content_where_all_holds(expecting, capsys):
