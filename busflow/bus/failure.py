@@ -58,10 +58,10 @@ class Failure:
         return "\n".join(lines)
 
     def _raised(self) -> str:
+        from busflow.validation.advice import advice  # here, as it is needed for errors alone
+
         error = self.cause
-        text = printable(str(error), limit=_SHOWN)
-        if isinstance(error, AttributeError) and iscoroutine(error.obj):
-            text += f"; write await before the call of {error.obj.__qualname__}"
+        text = "; ".join(filter(None, [printable(str(error), limit=_SHOWN), advice(error)]))
         return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 

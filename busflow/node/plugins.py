@@ -27,6 +27,7 @@ from busflow.node.signatures import import_of
 from busflow.node.slow_import import slow_import_named
 from busflow.text import did_you_mean, printable, quoted
 from busflow.validation import tracebacks
+from busflow.validation.advice import advice
 
 if TYPE_CHECKING:
     from importlib.abc import Loader  # importing it when running costs 10 ms
@@ -308,13 +309,13 @@ def _import_problem(name: str, folder: Path | None, file: Path | None, error: Ba
     place = error.place or place if isinstance(error, BusflowError) else place
     text = str(error) if isinstance(error, BusflowError) else tracebacks.reason(error)
     reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", text)
-    code, message, fix = "plugin-import", f"plugin {name!r} cannot be imported: {reason}", None
+    code, message, fix = "plugin-import", f"plugin {name!r} cannot be imported: {reason}", advice(error)
     if isinstance(error, SyntaxError):
         code = "plugin-syntax"
     elif isinstance(error, ModuleNotFoundError) and error.name:
-        fix = _fix_for_missing(error.name, folder)
+        fix = fix or _fix_for_missing(error.name, folder)
     elif isinstance(error, NameError):
-        fix = f"write `{found}`" if (found := import_of(str(error.name))) else None
+        fix = f"write `{found}`" if (found := import_of(str(error.name))) else fix
     elif isinstance(error, (SystemExit, KeyboardInterrupt)):
         message = f"plugin {name!r} ends the program when it is imported: {reason}"
         fix = 'put what runs as a script under `if __name__ == "__main__":`'

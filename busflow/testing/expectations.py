@@ -80,8 +80,7 @@ class Trials:
                 return run_virtual(self._watched(graph, expectations), name="test", loop=loop_factory())
             except (NodeFailed, Stray, Deadlock) as error:
                 first, *more = str(error).splitlines()
-                details = tuple(each.removeprefix("  ") for each in more)
-                return [(first, Problem("failed-expectation", first, details=details))]
+                return [(first, Problem("failed-expectation", first, details=tuple(each[2:] for each in more)))]
             finally:
                 self.snapshots += graph.report().snapshots
 
@@ -90,10 +89,9 @@ class Trials:
         async with graph:
             await graph.clock.sleep(self.for_s)
             await graph.clock.settle()
-        faults = list(expectations.broken())
         stated = self.description.expect or Value({}, Origin(StatedBy.FILE))
-        found = {str(each.path): problems([each], stated, noun="expectation")[0] for each in faults}
-        new = [fault.message for fault in faults if str(fault.path) not in self._wrong]
+        found = {str(each.path): problems([each], stated, noun="expectation")[0] for each in expectations.broken()}
+        new = [problem.message for key, problem in found.items() if key not in self._wrong]
         if new:
             for extension in graph.extensions:
                 extension.snapshot("; ".join(new))

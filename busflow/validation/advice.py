@@ -1,0 +1,46 @@
+"""Advice: what to write in place of code that Python has refused."""
+
+from __future__ import annotations
+
+import builtins
+import pkgutil
+import re
+import sys
+from collections.abc import Collection
+from inspect import iscoroutine
+from types import TracebackType
+
+from busflow.text import nearest, printable
+
+_IMPORTED = re.compile(r"cannot import name '(\w+)'")
+"""The only place in which Python 3.11 has the name that a module lacks."""
+
+
+def advice(error: BaseException) -> str | None:
+    """Return what to do about an exception: the nearest name to a misspelt one, or a forgotten await."""
+    if isinstance(error, AttributeError) and iscoroutine(error.obj):
+        return f"write await before the call of {error.obj.__qualname__}"
+    try:
+        word, known = _missing(error)
+    except Exception:  # noqa: BLE001  # the user's __dir__ may raise anything
+        return None
+    meant = nearest(word, [each for each in known if word.startswith("_") or not each.startswith("_")])
+    return None if meant is None else f"did you mean {printable(meant)!r}?"
+
+
+def _missing(error: BaseException) -> tuple[str, Collection[str]]:
+    """Return the name that Python has not found, and those that are there; none for another error."""
+    match error:
+        case AttributeError(name=str(word), obj=owner) if f"no attribute {word!r}" in str(error):
+            return word, dir(owner)
+        case ModuleNotFoundError(name=str(module)):
+            parent, _, word = module.rpartition(".")
+            return word, [each.name for each in pkgutil.iter_modules(getattr(sys.modules.get(parent), "__path__", []))]
+        case ImportError(name=str(module)) if found := _IMPORTED.match(str(error)):
+            return found[1], {*dir(sys.modules[module]), *getattr(sys.modules[module], "__all__", ())}
+        case NameError(name=str(word), __traceback__=TracebackType() as way):
+            while way.tb_next:
+                way = way.tb_next
+            return word, {*way.tb_frame.f_locals, *way.tb_frame.f_globals, *dir(builtins)}
+        case _:
+            return "", ()
