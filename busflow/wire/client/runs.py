@@ -122,7 +122,10 @@ def ask_peer(peer: Peer) -> PresentRun:
     begun = perf_counter()
     processes = tuple(peer.ask("run"))
     took_s = perf_counter() - begun
-    return PresentRun(peer.run.answered(processes), _with_silent_ones(processes), answered_in_s=took_s)
+    run = peer.run.answered(processes)
+    has_main = any(process["pid"] == run.card.pid for process in processes)
+    silence = "" if has_main else f"{run.name} does not answer: its main process is stopped, or a handler blocks it"
+    return PresentRun(run, _with_silent_ones(processes), silence, took_s)
 
 
 def _with_silent_ones(answers: tuple[Mapping[str, Any], ...]) -> tuple[Mapping[str, Any], ...]:
