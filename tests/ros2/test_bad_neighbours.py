@@ -15,7 +15,7 @@ from busflow.msgs.std_msgs import Float64MultiArray, Int64, String
 from tests.ros2.rmw_node import RELIABLE, RmwNode
 from tests.ros2.sessions import free_port, rmw_session, ros2_at, until, until_arrived
 
-STRING, ARRAY, ADD = TypeSupport(String), TypeSupport(Float64MultiArray), TypeSupport(AddTwoInts)
+STRING, ARRAY, COUNT, ADD = map(TypeSupport, (String, Float64MultiArray, Int64, AddTwoInts))
 RIGHT, LAST = (STRING.encode(String(data=text)) for text in ("right", "last"))
 
 
@@ -30,6 +30,10 @@ class Robot(Node):
     @subscription("/numbers")
     async def on_numbers(self, numbers: Float64MultiArray) -> None:
         await self.arrived.put(len(numbers.data))
+
+    @subscription("/count")
+    async def on_count(self, count: Int64) -> None:
+        await self.arrived.put(count.data)
 
     @service(AddTwoInts, "/add")
     async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
@@ -57,19 +61,31 @@ async def test_malformed_messages_are_counted_and_logged_once(
     async with launch(ros2_at(port), Robot, inspect="bad") as graph:
         robot, ros = graph.node(Robot), neighbour(port)
         publish, publish_numbers = ros.publisher("/words", STRING), ros.publisher("/numbers", ARRAY)
+        publish_count, count = ros.publisher("/count", COUNT), COUNT.encode(Int64(data=7))
         await until_arrived(lambda: publish(RIGHT), robot.arrived, "right")
         wrong = [b"", b"\0\1\0\0", RIGHT[:-3], b"\xff" * 40, b"\0\1\0\0" + struct.pack("<I", 0xFFFFFFFF) + b"x"]
         for payload in wrong:
             publish(payload)
+        key = f"7/words/std_msgs::msg::dds_::String_/{STRING.type_hash}"
+        ros.session.put(f"{key}/_buf_cpu", wrong[0])  # Lyrical's nodes send each other such ones
         absurd = b"\0\1\0\0" + struct.pack("<III", 0, 0, 0x7FFFFFFF) + b"\0" * 64
         numbers = ARRAY.encode(Float64MultiArray(data=[1.0, 2.0]))
         await until_arrived(lambda: (publish_numbers(absurd), publish_numbers(numbers)), robot.arrived, 2)
+        await until_arrived(lambda: publish_count(count), robot.arrived, 7)
+        publish_count(count + bytes(5_000_000))
+        await until_arrived(lambda: publish_count(COUNT.encode(Int64(data=8))), robot.arrived, 8)
+        where = f"7/add/example_interfaces::srv::dds_::AddTwoInts_/{ADD.type_hash}"
+        async with asyncio.timeout(60):
+            (refusal,) = await asyncio.to_thread(lambda: list(ros.session.get(where, payload=bytes(5_000_000))))
+        assert "5,000,000 bytes are too many" in refusal.err.payload.to_string()
         await until_arrived(lambda: publish(LAST), robot.arrived, "last")
         topics = graph.bus.topics
+        assert topics["/count"].losses == {"malformed": 1}
         assert topics["/words"].losses == {"malformed": len(wrong)}
         assert topics["/numbers"].losses["malformed"] >= 1
     log = capsys.readouterr().err
     assert log.count("a message on /words from another process is malformed") == 1
+    assert "a message on /count from another process is malformed: std_msgs/msg/Int64: 5,000,012 bytes are too" in log
     assert "Traceback" not in log
 
 

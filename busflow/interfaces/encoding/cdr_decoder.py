@@ -12,6 +12,7 @@ longer by what the copy costs, and where code in C may not accept them.
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -277,6 +278,21 @@ def _least(field: FieldType) -> int:
     fields = fields_of(cast("type[Message]", field.base))
     counts = {ArrayKind.NONE: 1, ArrayKind.BOUNDED: 0, ArrayKind.UNBOUNDED: 0}
     return sum(_least(each) * counts.get(each.array, each.size) or 4 for each in fields) or 1
+
+
+def most_bytes(cls: type[Message]) -> float:
+    """Return a size that no message of `cls` exceeds; infinite if a text or an array may have any length."""
+    return HEADER_SIZE + SPARE + sum(map(_most, fields_of(cls)))
+
+
+def _most(field: FieldType) -> float:
+    """Return the most bytes that a field takes, with padding and a count of items before it."""
+    if isinstance(field.base, str):
+        item = PRIMITIVES[field.base].size or math.inf
+    else:
+        item = sum(map(_most, fields_of(cast("type[Message]", field.base)))) or 1
+    counts = {ArrayKind.NONE: 1, ArrayKind.UNBOUNDED: math.inf}
+    return 7 + 4 + item * counts.get(field.array, field.size)
 
 
 def _texts_decoder(

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
-from busflow.errors import InvalidDeclaration
+from busflow.errors import InvalidDeclaration, MalformedMessage
 from busflow.interfaces.encoding import json_form
 from busflow.interfaces.encoding import msg_text as definition
 from busflow.interfaces.encoding.cdr import Codec
+from busflow.interfaces.encoding.cdr_decoder import most_bytes
 from busflow.interfaces.encoding.description import (
     SERVICE_EVENT_INFO,
     Count,
@@ -134,8 +136,7 @@ class TypeSupport:
     @property
     def is_heavy(self) -> bool:
         """True if a message may hold an array so large that a copy is worth avoiding."""
-        plain = self.is_ros and not issubclass(self.cls, ServiceType | OpaqueMessage)
-        return plain and _holds_arrays(cast("type[Message]", self.cls))
+        return self._is_plain and _holds_arrays(cast("type[Message]", self.cls))
 
     @cached_property
     def is_bulky(self) -> bool:
@@ -143,10 +144,29 @@ class TypeSupport:
         fields = fields_of(self.cls) if self.is_ros and issubclass(self.cls, Message) else ()
         return any(field.array is ArrayKind.UNBOUNDED and field.base in _BYTE_KINDS for field in fields)
 
+    @cached_property
+    def most_bytes(self) -> float:
+        """A size that no message of the type exceeds; infinite if a text or an array may have any length."""
+        return most_bytes(cast("type[Message]", self.cls)) if self._is_plain else math.inf
+
+    def check_size(self, size: int) -> None:
+        """Check the size of an encoded message, before it is copied or decoded.
+
+        Raises:
+            MalformedMessage: No message of the type has so many bytes.
+        """
+        if size > self.most_bytes:
+            raise MalformedMessage(f"{size:,} bytes are too many", type_name=self.name)
+
     @property
     def encode_in_parts(self) -> Callable[[Message], list[Any]]:
         """Encode a heavy message into parts that are not joined; a large array is a part itself."""
         return cast("Codec", self._codec).encode_in_parts
+
+    @property
+    def _is_plain(self) -> bool:
+        """True for a message class that ROS can describe; its fields are those of the encoded messages."""
+        return self.is_ros and not issubclass(self.cls, ServiceType | OpaqueMessage)
 
     @cached_property
     def _codec(self) -> Codec | _Codec:

@@ -23,6 +23,8 @@ _MOST = 32
 """Limit of the messages of a burst."""
 _SMALL = 1536
 """The largest size of a message in a burst, in bytes: a whole burst is no larger than a message that is sent alone."""
+MOST_BYTES = _MOST * (4 + _SMALL)
+"""Limit of a whole burst in bytes."""
 
 Signed = tuple[bytes, bytes]
 """A message's payload, and its attachment."""

@@ -26,14 +26,14 @@ from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
-from busflow.wire.mirror.arrival_buffer import ArrivalBuffer
+from busflow.wire.mirror.arrival_buffer import ArrivalBuffer, Arrived
 from busflow.wire.mirror.arrivals import Arrivals
-from busflow.wire.mirror.burst import Signed
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
 from busflow.wire.shared_memory.place import MemoryPlace
 from busflow.wire.shared_memory.reader import MemoryReader
 from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, GID_AT, SEQUENCE, Attachment, Token
 from busflow.wire.zenoh.qos_text import as_qos, from_text
+from busflow.wire.zenoh.sender import LARGEST
 
 if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
@@ -47,6 +47,8 @@ _BULKY_RING = 16
 """Number for images, clouds and maps: 256 of them would take gigabytes."""
 _MOST_RING = 4096
 """The largest number, for subscriptions with a large depth."""
+_BUSY_S = 0.1
+"""Time after which a loop that has not emptied the buffer counts as busy: then the buffer is limited in bytes too."""
 _BATCH = 8
 """Number of messages that are published before the handlers run, if every queue has room for them."""
 _PATIENCE_S = 5.0
@@ -93,11 +95,12 @@ class Inlet:
         key = connection.key(topic.name, support)
         kept = [each.endpoint.qos for each in topic.subscriptions]
         latched = max((qos.depth for qos in kept if qos.latched), default=0)
-        ring = zenoh.handlers.RingChannel(_ring(topic, support))
+        depth = _ring(topic, support)
+        ring = zenoh.handlers.RingChannel(depth)
         self._subscriber: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
         self._late_joiners = LateJoiners(topic, key, self._publishers, connection, numbers=numbers, asked=latched)
         # Its handler waits in its place: it could not be undeclared during its own recv().
-        self._buffer = ArrivalBuffer(self._subscriber.handler, self._skip)
+        self._buffer = ArrivalBuffer(self._subscriber.handler, depth, support.most_bytes, self._skip)
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
 
@@ -186,7 +189,11 @@ class Inlet:
         try:
             while not self._closed:
                 self._on_loop(self._begin, self._buffer.wait())
-                self._emptied.acquire()
+                while not self._emptied.acquire(timeout=_BUSY_S):
+                    if self._buffer.limit():
+                        why = f"more than {LARGEST >> 20} MiB of them wait for this process"
+                        text = f"messages on {self._topic.name} from other processes are dropped: {why}"
+                        self._on_loop(self._log.warning, text)
         except zenoh.ZError:
             pass  # the subscriber was undeclared, which ends a waiting recv()
 
@@ -239,7 +246,7 @@ class Inlet:
             self._feeder = None
             self._resume_thread()
 
-    def _publish(self, batch: list[Signed]) -> None:
+    def _publish(self, batch: list[Arrived]) -> None:
         """Publish the messages of a batch; the handlers run after this returns.
 
         A plain publisher's message with the next number is published here; it takes 1 µs less than any other.
@@ -249,7 +256,7 @@ class Inlet:
             if self._closed:
                 return
             publisher = plain.get(gid := signature[GID_AT:])
-            if publisher is None:
+            if publisher is None or not isinstance(payload, bytes):
                 self._publish_carefully(payload, signature)
                 continue
             (sequence,) = SEQUENCE.unpack_from(signature)  # it has 33 bytes, else the gid would not be known
@@ -265,7 +272,7 @@ class Inlet:
             except (WouldBlock, NotRunning) as error:  # the error cannot reach the remote publisher: it is only counted
                 self._refuse(error)
 
-    def _publish_carefully(self, payload: bytes, signature: bytes) -> None:
+    def _publish_carefully(self, payload: bytes | zenoh.ZBytes, signature: bytes) -> None:
         """Publish a message of any publisher, after all checks."""
         if (arrival := self._read(payload, signature)) is not None:
             publisher, message = arrival
@@ -289,7 +296,7 @@ class Inlet:
         if self.losses["refused"] == 1:
             self._log.warning(f"a message on {self._topic.name} from another process is refused: {error}")
 
-    def _read(self, payload: bytes, signature: bytes) -> tuple[Publisher[Any], Message] | None:
+    def _read(self, payload: bytes | zenoh.ZBytes, signature: bytes) -> tuple[Publisher[Any], Message] | None:
         """Return the publisher and the message; None if the message is not to be published."""
         self.received += 1
         try:
@@ -298,6 +305,9 @@ class Inlet:
             publisher = self._publisher_of(signature[:ATTACHMENT_BYTES])
             if publisher is None:
                 return None
+            if isinstance(found, zenoh.ZBytes):
+                self._support.check_size(len(found))
+                found = found.to_bytes()
             if found is not None:
                 return publisher, self._support.decode(found)
             self.losses["lost"] += 1

@@ -130,11 +130,11 @@ class LateJoiners:
         if gate not in self._gates:
             self._gates.append(gate)
         self._topic.rebuild()
-        found: list[tuple[bytes, bytes]] = []
+        found: list[tuple[bytes, zenoh.ZBytes]] = []
 
         def take(reply: zenoh.Reply) -> None:
             if reply.ok is not None and reply.ok.attachment is not None and len(found) < _MOST_MESSAGES:
-                found.append((reply.ok.attachment.to_bytes(), reply.ok.payload.to_bytes()))
+                found.append((reply.ok.attachment.to_bytes(), reply.ok.payload))
 
         def end() -> None:
             self._connection.on_loop(self._answered, gate, publishers, found)
@@ -151,7 +151,7 @@ class LateJoiners:
             timeout=_PATIENCE_S,
         )
 
-    def _answered(self, gate: Gate, asked: Collection[bytes], found: Collection[tuple[bytes, bytes]]) -> None:
+    def _answered(self, gate: Gate, asked: Collection[bytes], found: Collection[tuple[bytes, zenoh.ZBytes]]) -> None:
         if gate not in self._gates:
             return  # the inlet has closed
         support = self._connection.supports(self._topic.type)
@@ -160,7 +160,8 @@ class LateJoiners:
                 sent = Attachment.decode(attachment)
                 publisher = self._publishers.get(sent.gid)
                 if publisher is not None and sent.gid in asked and not has_expired(publisher, sent, self._topic.clock):
-                    item = publisher.as_kept(support.decode(payload))
+                    support.check_size(len(payload))
+                    item = publisher.as_kept(support.decode(payload.to_bytes()))
                     gate.kept.setdefault(sent.gid, {})[sent.sequence] = item
             except MalformedMessage:
                 self._topic.losses["malformed"] += 1

@@ -99,7 +99,7 @@ class RemoteServer:
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                self._on_loop(self._succeed, call, reply.ok.payload.to_bytes(), *_beside(reply.ok))
+                self._on_loop(self._succeed, call, reply.ok.payload, *_beside(reply.ok))
             elif reply.err is not None:
                 self._on_loop(self._fail, call, reply.err.payload.to_bytes())
 
@@ -123,12 +123,13 @@ class RemoteServer:
         stated += [f"{REMARKS}=2"] if action_of(self._service.name) else []
         return f"?{';'.join(stated)}" if stated else ""
 
-    def _succeed(self, call: Call[Any, Any], payload: bytes, remark: str, feedback_count: int) -> None:
+    def _succeed(self, call: Call[Any, Any], payload: zenoh.ZBytes, remark: str, feedback_count: int) -> None:
         if self._waiting.pop(call, None) is None:
             return
         call.remark, call.feedback_count = remark, feedback_count
         try:
-            call.succeed(self._response.decode(payload))
+            self._response.check_size(len(payload))
+            call.succeed(self._response.decode(payload.to_bytes()))
         except MalformedMessage as error:
             call.fail(ServiceFailed(f"{self._service.name}: the answer of {self.node} is malformed: {error}"))
 

@@ -74,14 +74,16 @@ class ServiceOutlet:
 
     async def _serve(self, query: zenoh.Query) -> None:
         try:
-            request = self._request.decode(query.payload.to_bytes() if query.payload is not None else b"")
+            payload = query.payload or zenoh.ZBytes()
+            self._request.check_size(len(payload))
+            request = self._request.decode(payload.to_bytes())
             response, remark = await self._in_time(query, request)
-            payload = self._response.encode(response)
+            answer = self._response.encode(response)
         except BusflowError as error:
             self._refuse(query, error)
         else:
             attachment = None if query.attachment is None else query.attachment.to_bytes() + remark.encode()
-            self._sender.hand(partial(_reply, query, payload, attachment))
+            self._sender.hand(partial(_reply, query, answer, attachment))
 
     async def _ask(self, query: zenoh.Query, request: Message) -> tuple[Message, str]:  # noqa: ARG002  # for subclasses
         """Return the answer, and a remark that only busflow's clients can read."""

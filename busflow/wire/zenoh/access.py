@@ -43,7 +43,10 @@ class AccessRules:
         self._allow(name, (TLS,), certificates, list(self._reading()))
 
     def allow_ros2(self, topics: Sequence[str]) -> None:
-        """Let nodes of ROS 2 take part in the topics and services that these patterns match, or in all."""
+        """Let nodes of ROS 2 take part in the topics and services that these patterns match, or in all.
+
+        What they send each other alone, since Lyrical with references to memory in place of bytes, does not come in.
+        """
         self._allow("ros2", (TCP,), (), list(self._ros2(topics)))
 
     def settings(self) -> dict[str, Any]:
@@ -82,6 +85,8 @@ class AccessRules:
         graph = f"{GRAPH}/{self.domain}"
         if not topics:
             yield _rule("ros2", _ALL_MESSAGES, _BOTH, (f"{self.domain}/**", self._kept, f"{graph}/**"))
+            own = [f"{self.domain}/**/RIHS01_$*/{key}" for key in ("_buf_cpu", "_buf/*")]
+            yield _rule("ros2-own", ("put",), _INWARDS, own) | {"permission": "deny"}
             return
         keys = [_canonical(f"{self.domain}/{_parts(pattern)}/*/*") for pattern in topics]
         ends = [_canonical(f"{graph}/*/*/*/*/*/*/*/{_mangled_parts(pattern)}/**") for pattern in topics]

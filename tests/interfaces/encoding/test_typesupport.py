@@ -5,13 +5,15 @@ import json
 import pytest
 from pydantic import Field
 
+from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.description import fields_of, rihs01
 from busflow.interfaces.encoding.typesupport import TypeSupport, describe
 from busflow.interfaces.encoding.viewer_schema import source_schema
 from busflow.interfaces.message import Message, ServiceType
+from busflow.msgs.geometry_msgs import PoseWithCovariance
 from busflow.msgs.rcl_interfaces import Log
 from busflow.msgs.sensor_msgs import Image, Imu, JointState
-from busflow.msgs.std_msgs import Header
+from busflow.msgs.std_msgs import Empty, Header, Int64, String
 from busflow.msgs.std_srvs import SetBool
 
 
@@ -51,6 +53,15 @@ def test_heavy_messages_hold_arrays_and_bulky_ones_bytes():
         each: (TypeSupport(each).is_heavy, TypeSupport(each).is_bulky) for each in (Image, JointState, Header, SetBool)
     }
     assert kinds == {Image: (True, True), JointState: (True, False), Header: (False, False), SetBool: (False, False)}
+
+
+def test_types_of_fixed_size_have_a_limit():
+    fixed = {each: TypeSupport(each).most_bytes for each in (Empty, SetBool.Request, Int64, PoseWithCovariance)}
+    assert {each for each, most in fixed.items() if not len(TypeSupport(each).encode(each())) < most < 600} == set()
+    with pytest.raises(MalformedMessage, match="std_msgs/msg/Int64: 1,000,000 bytes are too many"):
+        TypeSupport(Int64).check_size(1_000_000)
+    for any_size in (String, Image, JointState, SetBool):
+        TypeSupport(any_size).check_size(10**9)
 
 
 def test_parts_of_heavy_messages_hold_the_array_itself():

@@ -5,7 +5,10 @@ import os
 import platform
 import struct
 import threading
+from collections import deque
 from contextlib import asynccontextmanager, contextmanager
+from math import inf
+from types import SimpleNamespace
 
 import pytest
 import zenoh
@@ -14,8 +17,9 @@ from busflow import Node, QoS, publisher, subscription
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Int64, UInt8MultiArray
+from busflow.wire.mirror import arrival_buffer
 from busflow.wire.mirror.arrival_buffer import ArrivalBuffer
-from busflow.wire.mirror.burst import BurstSender, is_burst, joined, taken_apart
+from busflow.wire.mirror.burst import MOST_BYTES, BurstSender, is_burst, joined, taken_apart
 from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, burst_key, topic_key
 from busflow.wire.zenoh.qos_text import to_text
 from busflow.wire.zenoh.sender import LARGE
@@ -62,12 +66,43 @@ def test_bytes_that_are_no_burst_are_refused(change):
 def test_batch_ends_with_its_first_large_message(directory):
     with open_session(directory, listen="here.sock") as session:
         subscriber = session.declare_subscriber("x", zenoh.handlers.RingChannel(16))
-        buffer = ArrivalBuffer(subscriber.handler, lambda _: None)
+        buffer = ArrivalBuffer(subscriber.handler, 16, inf, lambda _: None)
         alone = [MESSAGES[0], (bytes(LARGE), MESSAGES[1][1]), MESSAGES[2], (b"", MESSAGES[3][1]), MESSAGES[3]]
         for payload, attachment in (joined(MESSAGES), *alone):
             session.put("x", payload, attachment=attachment)
         taken = [buffer.take(3) for _ in range(6)]
     assert taken == [MESSAGES[:3], [MESSAGES[3], *alone[:2]], alone[2:4], alone[4:], [], []]
+
+
+def test_buffer_keeps_newest_samples_within_its_limits(monkeypatch):
+    monkeypatch.setattr(arrival_buffer, "LARGEST", 4000)
+    ring = deque[SimpleNamespace]()
+    samples = [SimpleNamespace(payload=zenoh.ZBytes(bytes([n]) * 1000), attachment=None) for n in range(8)]
+    handler = SimpleNamespace(try_recv=lambda: ring.popleft() if ring else None, recv=ring.popleft)
+    buffer = ArrivalBuffer(handler, 6, inf, lambda _: None)
+    ring.extend(samples)
+    assert buffer.limit()
+    ring.append(samples[0])
+    assert buffer.wait() is samples[4], "what was taken from the ring comes first"
+    assert [payload[0] for payload, _ in buffer.take(9)] == [5, 6, 7, 0]
+    ring.extend([*samples[:2], SimpleNamespace(payload=zenoh.ZBytes(bytes(5000)))])
+    assert not buffer.limit(), "it says so once"
+    assert len(buffer.wait().payload) == 5000, "one is kept, however large"
+    ring.extend([SimpleNamespace(payload=zenoh.ZBytes(b"x"), attachment=None)] * 9)
+    buffer.limit()
+    assert len(buffer.take(9)) == 6
+
+
+def test_buffer_copies_nothing_too_large_for_its_type():
+    ring = deque([SimpleNamespace(payload=zenoh.ZBytes(bytes(size)), attachment=None) for size in (12, 13)])
+    faults = []
+    buffer = ArrivalBuffer(SimpleNamespace(try_recv=lambda: ring.popleft() if ring else None), 6, 12, faults.append)
+    (small, _), (large, _) = buffer.take(9)
+    assert isinstance(small, bytes)
+    assert isinstance(large, zenoh.ZBytes)
+    ring.append(SimpleNamespace(payload=zenoh.ZBytes(bytes(MOST_BYTES + 1)), attachment=zenoh.ZBytes(bytes(66))))
+    assert buffer.take(9) == []
+    assert "too many for a burst" in str(faults)
 
 
 # Sending.
