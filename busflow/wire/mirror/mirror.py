@@ -280,7 +280,8 @@ class Mirror:
     def _token_of(self, end: MirroredEndpoint) -> Token:
         kind = TokenKind.PUBLISHER if isinstance(end, Publisher) else TokenKind.SUBSCRIPTION
         endpoint = end.endpoint
-        return self._token(kind, endpoint.node, end.topic, self._supports(end.type), to_text(endpoint.qos))
+        qos = to_text(endpoint.qos, is_request=kind is TokenKind.SUBSCRIPTION)
+        return self._token(kind, endpoint.node, end.topic, self._supports(end.type), qos)
 
     def _node_id(self, name: str) -> int:
         """Return a node's number in its tokens; the first call declares the node."""

@@ -24,6 +24,10 @@ _DURABILITIES = {0: "system_default", 1: "transient_local", 2: "volatile", 3: "u
 _HISTORIES = {0: "system_default", 1: "keep_last", 2: "keep_all", 3: "unknown"}
 _LIVELINESSES = {0: "system_default", 1: "automatic", 3: "manual_by_topic", 4: "unknown", 5: "best_available"}
 _DEFAULT_DEPTH = 42
+_MOST = {"reliability": "reliable", "durability": "transient_local", "liveliness": "manual_by_topic"}
+"""What suffices for every request."""
+_LEAST = {"reliability": "best_effort", "durability": "volatile", "liveliness": "automatic"}
+"""What every offer suffices for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +50,11 @@ class WireQoS:
         return self.durability in ("transient_local", "best_available")
 
 
-def to_text(qos: QoS) -> str:
-    """Return the short form of a profile.
+def to_text(qos: QoS, *, is_request: bool = False) -> str:
+    """Return the short form of what a publisher with this profile offers, or a subscription requests.
+
+    `best_available` is written as what fits every counterpart: most versions of `rmw_zenoh` ignore an endpoint whose
+    token has its number.
 
     >>> from busflow.bus.qos import QoS
     >>> to_text(QoS(depth=7, durability="transient_local", deadline_s=0.5))
@@ -55,16 +62,10 @@ def to_text(qos: QoS) -> str:
     """
     limits = (qos.deadline_s, qos.lifespan_s, qos.lease_s)
     deadline_ns, lifespan_ns, lease_ns = (None if limit is None else round(limit * _NS_PER_S) for limit in limits)
+    stated = {name: getattr(qos, name).value for name in _MOST}
+    words = {name: (_LEAST if is_request else _MOST)[name] for name, word in stated.items() if word == "best_available"}
     return written(
-        WireQoS(
-            reliability=qos.reliability.value,
-            durability=qos.durability.value,
-            depth=qos.depth,
-            deadline_ns=deadline_ns,
-            lifespan_ns=lifespan_ns,
-            liveliness=qos.liveliness.value,
-            lease_ns=lease_ns,
-        )
+        WireQoS(depth=qos.depth, deadline_ns=deadline_ns, lifespan_ns=lifespan_ns, lease_ns=lease_ns, **stated | words)
     )
 
 

@@ -13,13 +13,17 @@ nanoseconds = st.integers(1, 2**53)
 limits = st.none() | nanoseconds.map(lambda ns: ns / 1e9)
 
 
+def stays(word):
+    return word != "best_available"
+
+
 @given(
     st.builds(
         QoS,
         depth=st.integers(1, 2**31),
-        reliability=st.sampled_from(Reliability),
-        durability=st.sampled_from(Durability),
-        liveliness=st.sampled_from(Liveliness),
+        reliability=st.sampled_from(Reliability).filter(stays),
+        durability=st.sampled_from(Durability).filter(stays),
+        liveliness=st.sampled_from(Liveliness).filter(stays),
         deadline_s=limits,
         lifespan_s=limits,
         lease_s=limits,
@@ -58,6 +62,11 @@ def test_qos_presets_are_written_as_in_ros_2():
     assert to_text(PRESETS["default"]) == "::,10:,:,:0,,"
     assert to_text(PRESETS["sensor_data"]) == "2::,5:,:,:0,,"
     assert to_text(QoS(depth=42)) == "::,:,:,:,,"
+
+
+def test_best_available_is_written_as_what_fits():
+    assert to_text(PRESETS["best_available"]) == ":1:,10:,:,:3,,"
+    assert to_text(PRESETS["best_available"], is_request=True) == "2::,10:,:,:,,"
 
 
 @pytest.mark.parametrize(
