@@ -15,7 +15,7 @@ from busflow.bus.subscription import Subscription
 from busflow.errors import BusflowError
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.inlet import Inlet, remote_endpoint
-from busflow.wire.zenoh.keys import Token, TokenKind
+from busflow.wire.zenoh.keys import HUMBLE, Token, TokenKind
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
@@ -106,6 +106,8 @@ class RemotePublishers:
         """
         support = self._connection.supports(topic.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
+            if token.hash == HUMBLE:
+                raise BusflowError("it is of ROS 2 Humble, whose messages have keys without a hash of their type")
             if token.type == support.name:
                 raise BusflowError(f"it publishes another definition of {token.type}; busflow doctor compares both")
             raise BusflowError(f"it publishes {token.type}, not {support.name}")

@@ -74,7 +74,7 @@ class ServiceOutlet:
 
     async def _serve(self, query: zenoh.Query) -> None:
         try:
-            payload = query.payload or zenoh.ZBytes()
+            payload = query.payload or zenoh.ZBytes(b"")
             self._request.check_size(len(payload))
             request = self._request.decode(payload.to_bytes())
             response, remark = await self._in_time(query, request)

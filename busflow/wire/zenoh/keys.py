@@ -40,6 +40,8 @@ ATTACHMENT_BYTES = _ATTACHMENT.size
 GID_AT = 17
 """Offset of the gid in an attachment; the gid is its last field."""
 _NO_HASH = "RIHS01_" + "0" * 64
+HUMBLE = "TypeHashNotSupported"
+"""What ROS 2 Humble, which has no hashes of types, writes in place of one, in keys too."""
 _MOST_CHARACTERS = 255
 """Length of the longest name of a topic, type or node in DDS, and so in ROS 2. The time to match grows with it."""
 
