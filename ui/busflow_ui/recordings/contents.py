@@ -1,4 +1,4 @@
-"""Answers about a recording as a whole: which nodes publish which topics, and its log."""
+"""Answers about a recording: which nodes publish which topics, and how often at a moment; its log."""
 
 from __future__ import annotations
 
@@ -15,9 +15,12 @@ if TYPE_CHECKING:
 _LOG = "/rosout"
 
 
-def graph_of(recording: Recording) -> dict[str, Any]:
-    """Return the graph in the form of a run's: a recording knows no subscriptions, and no state of a node."""
-    topics = recording.topics.values()
+def graph_of(recording: Recording, moment_ns: int) -> dict[str, Any]:
+    """Return the graph in the form of a run's, with the rates at a moment. Blocks while it reads.
+
+    A recording knows no subscriptions, and no state of a node.
+    """
+    topics, rates_hz = recording.topics.values(), recording.rates_hz(moment_ns)
     names = sorted({node for each in topics for node in each.channel.publishers})
     return {
         "elapsed_s": (recording.end_ns - recording.start_ns) / NS_PER_S,
@@ -26,7 +29,7 @@ def graph_of(recording: Recording) -> dict[str, Any]:
         "nodes": [
             _node(name, [each.channel.topic for each in topics if name in each.channel.publishers]) for name in names
         ],
-        "topics": [_topic(each, recording) for each in topics],
+        "topics": [_topic(each, rates_hz.get(each.id)) for each in topics],
         "services": [],
     }
 
@@ -55,19 +58,16 @@ def _node(name: str, topics: list[str]) -> dict[str, Any]:
     return {**stated, **unknown, **none, "restarts": 0, "stopped_by_hand": 0, "is_busflow": True, "hidden": False}
 
 
-def _topic(topic: RecordedTopic, recording: Recording) -> dict[str, Any]:
-    channel, count = topic.channel, topic.channel.count or 0
-    duration_s = (recording.end_ns - recording.start_ns) / NS_PER_S
+def _topic(topic: RecordedTopic, rate_hz: float | None) -> dict[str, Any]:
+    channel = topic.channel
     return {
         "name": channel.topic,
         "type": channel.type_name,
         "hidden": is_hidden(channel.topic),
         "external": False,
-        "published": count,
-        "rate_hz": round(count / duration_s, 3) if duration_s else None,
-        "publishers": [
-            {"node": each, "qos": None, "origin": None, "published": None} for each in topic.channel.publishers
-        ],
+        "published": channel.count or 0,
+        "rate_hz": rate_hz,
+        "publishers": [{"node": each, "qos": None, "origin": None, "published": None} for each in channel.publishers],
         "subscriptions": [],
         "losses": {},
     }

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from busflow.cli.commands import is_hidden
+from busflow.clock import NS_PER_S
 from busflow.errors import BagError, InvalidInput, Problem
 from busflow.text import printable
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 _FIRST_NS = 250_000_000
 """How far before a moment the last message of a topic is looked for first; then four times as far, and so on."""
 _FURTHER = 4
+_RATED_NS = 1_500_000_000
+"""How far before and after a moment messages are counted for the rates at it."""
 _STATUS, _FEEDBACK = "/_action/status", "/_action/feedback"
 
 
@@ -65,6 +69,7 @@ class Recording:
             for id_, channel in enumerate(shown, 1)
         }
         self._ids = {each.channel: each.id for each in self.topics.values()}
+        self._is_indexed = bool(spans)
 
     def close(self) -> None:
         """Close the recording."""
@@ -92,6 +97,15 @@ class Recording:
             wanted -= newly.keys()
             until_ns, back_ns = since_ns - 1, back_ns * _FURTHER
         return found
+
+    def rates_hz(self, moment_ns: int) -> Mapping[int, float]:
+        """Return each topic's rate around a moment, by its number; none where the whole bag would have to be read."""
+        if not self._is_indexed:
+            return {}
+        since_ns, until_ns = max(self.start_ns, moment_ns - _RATED_NS), min(self.end_ns, moment_ns + _RATED_NS)
+        counts = Counter(id_ for id_, _ in self._between(since_ns, until_ns, self.topics))
+        length_s = (until_ns - since_ns) / NS_PER_S
+        return {id_: round(counts[id_] / length_s, 3) for id_ in self.topics} if length_s else {}
 
     def _between(self, since_ns: int, until_ns: int, topics: Collection[int]) -> Generator[tuple[int, Entry]]:
         for entry in self._bag.entries(self._chosen(topics), since_ns, until_ns):

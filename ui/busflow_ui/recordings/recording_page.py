@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 _TICK_S = 0.02
 _REPORT_NS = 100_000_000
 """The interval at which a page that plays is informed of the moment."""
+_GRAPH_S = 0.5
+"""The interval at which it is sent the graph with the rates at the moment, if that has changed."""
 _MOST_AT_ONCE = 500
 """Most messages of a tick. What plays faster than it can be sent goes on later, and nothing is left out."""
 _MOST_BYTES_AT_ONCE = 16 * 1024 * 1024
@@ -63,7 +65,7 @@ class RecordingPage:
         """The moment up to which messages were sent."""
         self._reported_ns = 0
         self._thread = ThreadPoolExecutor(1, "busflow-ui-recording")
-        self._overviews = ThreadPoolExecutor(1, "busflow-ui-overview")  # which take seconds: playing goes on meanwhile
+        self._counting = ThreadPoolExecutor(1, "busflow-ui-counting")  # which takes seconds: playing goes on meanwhile
         self._session = Session(
             {
                 "time": Question(self._time, remaining=Changed),
@@ -85,16 +87,17 @@ class RecordingPage:
         self._send_text(protocol.text("advertise", channels=topics))
         try:
             async with asyncio.TaskGroup() as tasks:
-                sending = tasks.create_task(self._send())
+                sending = [tasks.create_task(each()) for each in (self._send, self._keep_graph)]
                 with suppress(ConnectionClosed):
                     async for message in self._connection:
                         await self._on_message(message)
-                sending.cancel()
+                for task in sending:
+                    task.cancel()
         finally:
             self._session.close()
             self._restart()
             self._thread.shutdown(wait=False)
-            self._overviews.shutdown(wait=False, cancel_futures=True)
+            self._counting.shutdown(wait=False, cancel_futures=True)
 
     # What is received.
 
@@ -178,8 +181,20 @@ class RecordingPage:
             if self._subscriptions.get(id_) == topic:
                 await self._connection.send(protocol.message_data(id_, entry.log_time_ns, entry.payload))
 
+    async def _keep_graph(self) -> None:
+        """Send the graph again where the page has gone to another moment."""
+        shown_ns = self._sent_ns
+        while True:
+            await self._clock.sleep(_GRAPH_S)
+            if "graph" in self._session.following and shown_ns != self._sent_ns:
+                shown_ns = self._sent_ns
+                self._session.send_update("graph", await self._graph({}))
+
     async def _read(self, function: Callable[..., Any], *arguments: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._thread, function, *arguments)
+
+    async def _count(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._counting, function, *arguments)
 
     def _take(self, until_ns: int) -> list[tuple[int, Entry]]:
         """Read on to a moment; in the thread that reads."""
@@ -235,14 +250,13 @@ class RecordingPage:
             raise MalformedMessage("to_ns is after from_ns")
         bins = checked.whole_number(arguments, "bins", least=1, most=MOST_BINS, default=MOST_BINS)
         stretch = Stretch(ends["from_ns"], ends["to_ns"], bins)
-        reading = asyncio.get_running_loop().run_in_executor
-        return await reading(self._overviews, overview, self._recording, topic, path, stretch)
+        return await self._count(overview, self._recording, topic, path, stretch)
 
     async def _run(self, _arguments: Mapping[str, Any]) -> object:
         return {"name": self._recording.name, "file": str(self._recording.path)}
 
     async def _graph(self, _arguments: Mapping[str, Any]) -> object:
-        return graph_of(self._recording)
+        return await self._count(graph_of, self._recording, self._sent_ns)
 
     async def _log(self, arguments: Mapping[str, Any]) -> object:
         count = checked.whole_number(arguments, "count", least=1, most=_MOST_LINES, default=_MOST_LINES)

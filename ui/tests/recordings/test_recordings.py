@@ -105,14 +105,25 @@ def test_messages_from_a_moment_are_in_order(recording: Recording):
 
 
 def test_a_recording_has_a_graph_and_a_log(recording: Recording):
-    graph = graph_of(recording)
+    graph = graph_of(recording, recording.end_ns)
     assert [each["name"] for each in graph["nodes"]] == ["/sensor_processor", "/sensor_publisher"]
     (imu,) = [each for each in graph["topics"] if each["name"] == "/imu/data"]
     assert (imu["published"], imu["publishers"][0]["node"]) == (600, "/sensor_publisher")
-    assert imu["rate_hz"] == pytest.approx(10, rel=0.01)
     assert log_of(recording, recording.start_ns, 100) == []
     (line,) = log_of(recording, recording.end_ns, 100)
     assert (line["text"], line["node"], line["level"]) == ("All sensors operational", "/sensor_processor", 20)
+
+
+def test_rates_are_those_of_the_moment(recording: Recording):
+    """The lab logs one line, half a second after its start."""
+    names = {id_: each.channel.topic for id_, each in recording.topics.items()}
+    moments = {"start": recording.start_ns, "middle": recording.start_ns + 30 * S, "end": recording.end_ns}
+    found = {
+        word: {names[id_]: rate for id_, rate in recording.rates_hz(moment_ns).items()}
+        for word, moment_ns in moments.items()
+    }
+    assert [found[word]["/rosout"] for word in moments] == [pytest.approx(1 / 1.5, abs=0.001), 0, 0]
+    assert [found[word]["/imu/data"] for word in moments] == [pytest.approx(10, abs=1)] * 3
 
 
 def test_what_is_no_recording_is_refused(tmp_path: Path):
@@ -236,6 +247,20 @@ def test_a_page_goes_to_a_moment(recording: Recording):
         assert found["answer"]["stamp_ns"] == str(at_ns)
         await viewer.until(lambda found: found["op"] == "time")
         assert viewer.data == [(8, recording.start_ns + S // 2), (7, recording.start_ns + 30 * S)]
+
+    looking(recording, look)
+
+
+def test_a_page_is_sent_the_rates_of_its_moment(recording: Recording):
+    async def look(viewer: Viewer) -> None:
+        def rates(found: dict[str, Any]) -> dict[str, float]:
+            topics = found["answer"]["topics"] if found.get("question") == "graph" else ()
+            return {each["name"]: each["rate_hz"] for each in topics}
+
+        await viewer.send("busflow/follow", question="graph", on=True)
+        await viewer.until(lambda found: rates(found).get("/rosout", 0) > 0)
+        await viewer.ask("seek", stamp_ns=str(recording.start_ns + 30 * S))
+        await viewer.until(lambda found: rates(found).get("/rosout") == 0)
 
     looking(recording, look)
 
