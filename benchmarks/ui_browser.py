@@ -16,7 +16,9 @@ import signal
 import subprocess
 import sys
 import tempfile
+from contextlib import closing
 from pathlib import Path
+from statistics import median
 from time import perf_counter
 from typing import Any
 
@@ -26,6 +28,13 @@ from benchmarks.ui import TICK_S, started
 
 PAGE = Path(__file__).parents[1] / "ui/page"
 ESBUILD = PAGE / "node_modules/.bin/esbuild"
+LOADS = 5
+DRAWN = """new MutationObserver((_, observer) => {
+    if (document.querySelector('[data-vertex]') === null) return;
+    observer.disconnect();
+    requestAnimationFrame(() => setTimeout(() => window.drawnMs = performance.now()));
+}).observe(document, {childList: true, subtree: true});"""
+"""Keeps when the graph was drawn, by the page's own clock: what drives the browser costs as much as the page."""
 OPTIONS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
 
 
@@ -69,6 +78,14 @@ def timed_ms(page: Any, selector: str, begin: Any) -> float:
     return (perf_counter() - begun) * 1000
 
 
+def drawn_ms(page: Any, url: str) -> float:
+    """Open a page, and return the time from the beginning of its navigation until the graph is drawn."""
+    page.add_init_script(DRAWN)
+    page.goto(url)
+    page.wait_for_function("() => window.drawnMs")
+    return page.evaluate("window.drawnMs")
+
+
 def print_delays(browser: Any, folder: Path) -> None:
     """Print how soon the graph appears, a run that hangs is reported, and one that was killed."""
     root = Path(__file__).parents[1]
@@ -79,18 +96,20 @@ def print_delays(browser: Any, folder: Path) -> None:
             found = re.search(r"http://\S+", ui.stdout.readline() if ui.stdout else "")
             if found is None:
                 sys.exit("busflow ui does not start: is the page built?")
-            page = browser.new_page(viewport={"width": 1280, "height": 800})
-            vertex = '[data-vertex="node /sensor_publisher"]'
-            timed_ms(page, vertex, lambda: page.goto(found[0]))  # its files are in the browser's cache after that
-            again = browser.new_page(viewport={"width": 1280, "height": 800})
-            graph_ms = timed_ms(again, vertex, lambda: again.goto(found[0]))
+            context = browser.new_context(viewport={"width": 1280, "height": 800})  # with a cache of its own
+            page = context.new_page()
+            first_ms, again_ms = drawn_ms(page, found[0]), []
+            for _ in range(LOADS):
+                with closing(context.new_page()) as other:
+                    again_ms.append(drawn_ms(other, found[0]))
             hang_ms = timed_ms(page, ".banner:has-text('has not answered')", lambda: run.send_signal(signal.SIGSTOP))
             run.send_signal(signal.SIGCONT)
             page.wait_for_selector(".banner:has-text('has not answered')", state="detached")
             end_ms = timed_ms(page, ".banner:has-text('has ended')", run.kill)
-            page.close()
-            again.close()
-    print(f"the graph appears after {graph_ms:.0f} ms (aim: 500)")
+            context.close()
+    print(
+        f"the graph is drawn after {first_ms:.0f} ms in a new browser, then after {median(again_ms):.0f} ms (aim: 500)"
+    )
     print(f"a run that hangs is shown after {hang_ms:.0f} ms, one that was killed after {end_ms:.0f} ms (aim: 1000)")
 
 

@@ -26,6 +26,8 @@ SOCKET = "/ws"
 """Path of the WebSocket."""
 _EMBEDDED = re.compile(r"/(?:components|assistant)\.js|/(?:app|assistant)\.css|/chunk-[\w-]+\.js")
 """Paths of the panels and of the assistant's button, which a page of another site embeds."""
+_CHUNK = re.compile(r"/chunk-[\w-]+\.js")
+"""Paths of files whose name says what is in them: a browser keeps them, with what it has compiled of them."""
 _HERE = Path(__file__).parent
 _PLACES = (_HERE / "static", _HERE.parents[1] / "page" / "dist")
 """The folder in an installed distribution, and the one of a clone."""
@@ -45,7 +47,6 @@ _HEADERS = {
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
-    "Cache-Control": "no-cache",
 }
 
 
@@ -99,7 +100,11 @@ class PageFiles:
             "default-src 'self'; img-src 'self' blob:; "
             f"connect-src 'self'{own}; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
         )
-        return {**_HEADERS, "Content-Security-Policy": policy, **self._sharing(request)}
+        stated = {"Content-Security-Policy": policy, "Cache-Control": self._caching(_path(request))}
+        return {**_HEADERS, **stated, **self._sharing(request)}
+
+    def _caching(self, path: str) -> str:
+        return "max-age=31536000, immutable" if path in self._files and _CHUNK.fullmatch(path) else "no-cache"
 
     def _sharing(self, request: Request) -> Mapping[str, str]:
         """Return the headers that let a named site use the panels, and no other one anything."""

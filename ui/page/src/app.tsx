@@ -14,5 +14,5 @@ address.hash = "";
 const session = new Session({ url: address.href, token: takeToken() });
 const root = document.getElementById("app");
 if (root === null) throw new Error("index.html has no element #app");
+session.connect(); // before the drawing, during which the server answers
 render(<Shell session={session} />, root);
-session.connect();

@@ -33,7 +33,7 @@ def parameter(stage: Stage, node: str, *arguments: str) -> str:
 def test_the_graph_appears(stage: Stage, screenshot: Keep, capsys: pytest.CaptureFixture[str]):
     page = stage.page
     page.wait_for_selector('[data-vertex="node /sensor_publisher"]')
-    begun = time.perf_counter()  # the files are in the browser's cache now, as for anybody who comes back
+    begun = time.perf_counter()  # a new page has a cache of its own, which is empty
     with closing(stage.opened(stage.shown)) as again:
         again.wait_for_selector('[data-vertex="node /sensor_publisher"]')
         took_s = time.perf_counter() - begun

@@ -216,6 +216,18 @@ def test_the_policy_ignores_a_strange_host(tmp_path: Path):
     assert list(files._files) == ["/index.html"]
 
 
+def test_only_files_named_by_content_are_kept(tmp_path: Path):
+    for name in ("index.html", "chunk-5PWC7DDA.js"):
+        (tmp_path / name).write_text("x")
+    files: Any = PageFiles(tmp_path)
+
+    def cached(path: str) -> str:
+        return files.headers(SimpleNamespace(path=path, headers={}))["Cache-Control"]
+
+    assert cached("/chunk-5PWC7DDA.js") == "max-age=31536000, immutable"
+    assert cached("/index.html") == cached("/chunk-GONE.js") == "no-cache"
+
+
 def test_every_bundled_package_has_its_licence(shown: Any):
     """The list that the build makes of what it bundled, held against the lock file."""
     licences = json.loads(get(f"{shown.url}/licences.json")[2])

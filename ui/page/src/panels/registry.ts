@@ -6,14 +6,17 @@ import { Images } from "./images/images";
 import { LogPanel } from "./log/log_panel";
 import { Messages } from "./messages/messages";
 import type { Session, Source } from "../store/session";
+import { loadedPanel } from "./loaded_panel";
 import type { Panel } from "./panel";
 import { ParametersPanel } from "./parameters/parameters_panel";
-import { Plot } from "./plot/plot";
 import { ServicesPanel } from "./services/services_panel";
 import { TeleopPanel } from "./teleop/teleop_panel";
 
 const LIVE: readonly Source[] = ["run", "bridge"];
 const ALL: readonly Source[] = [...LIVE, "recording"];
+
+/** Its library alone takes as long to start as everything else. */
+const Plot = loadedPanel(async () => (await import("./plot/plot")).Plot);
 
 export const PANELS: readonly Panel[] = [
   { kind: "graph", title: "Graph", sources: ALL, component: GraphPanel },

@@ -185,12 +185,15 @@ function moveFocus(event: KeyboardEvent, layout: Layout, direction: Direction, m
   found.find((element) => element.getAttribute("data-vertex") === next)?.focus();
 }
 
+const NOTHING: Layout = { flow: "right", vertices: new Map(), edges: new Map(), groups: new Map(), size: { width: 0, height: 0 } };
+
 /** The layout of the model, made anew only when its structure or the screen's shape changes: rates never move anything. */
 function useLayout(model: GraphModel, { width, height }: Size): Layout {
   const screen = { width: Math.round(width / 100) * 100, height: Math.round(height / 100) * 100 };
+  const isMeasured = width > 0;
   return useMemo(
-    () => bestLayout(model, measureText, screen),
-    [structureOf(model), screen.width, screen.height],
+    () => (isMeasured ? bestLayout(model, measureText, screen) : NOTHING),
+    [structureOf(model), isMeasured, screen.width, screen.height],
   );
 }
 
@@ -199,9 +202,12 @@ function useSize(frame: { readonly current: HTMLElement | null }): Size {
   useLayoutEffect(() => {
     const element = frame.current;
     if (element === null) return undefined;
-    const observer = new ResizeObserver(() => {
-      size.value = { width: element.clientWidth, height: element.clientHeight };
-    });
+    const measure = (): void => {
+      const { clientWidth: width, clientHeight: height } = element;
+      if (width !== size.peek().width || height !== size.peek().height) size.value = { width, height };
+    };
+    measure(); // the observer is called a frame later
+    const observer = new ResizeObserver(measure);
     observer.observe(element);
     return () => observer.disconnect();
   }, [frame, size]);

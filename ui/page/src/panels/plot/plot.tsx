@@ -1,6 +1,5 @@
 /** Plot: numbers of any topics over time. */
 
-import "uplot/dist/uPlot.min.css";
 import { useCallback, useEffect, useRef, useState } from "preact/hooks";
 import type { ComponentChildren, RefObject, TargetedKeyboardEvent } from "preact";
 import { Chart } from "../../plots/chart";
@@ -16,7 +15,6 @@ import type { RecordingTime } from "../../connection/answers";
 import type { Session } from "../../store/session";
 import type { PanelProps } from "../panel";
 import { Legend } from "./legend";
-import "./plot.css";
 
 const WHOLE = "whole";
 
