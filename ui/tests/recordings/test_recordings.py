@@ -251,7 +251,7 @@ def test_a_page_goes_to_a_moment(recording: Recording):
     looking(recording, look)
 
 
-def test_a_page_is_sent_the_rates_of_its_moment(recording: Recording):
+def test_page_is_sent_rates_of_its_moment(recording: Recording):
     async def look(viewer: Viewer) -> None:
         def rates(found: dict[str, Any]) -> dict[str, float]:
             topics = found["answer"]["topics"] if found.get("question") == "graph" else ()
