@@ -125,7 +125,7 @@ class JointRecording(Extension):
                 counted = file_counts([by_name[path.name] for path in begun if path.name in by_name])
                 for each in bag.series:
                     names = [file.path.name for file in each.files]
-                    reasons = [*each.incomplete()] or [said[name] for name in names if name in said]
+                    reasons = [said[name] for name in names if name in said] or each.incomplete()
                     why += [f"{names[0]}: {reason}" for reason in reasons]
                 recorded, missed = bag.messages, bag.ledger.missed if bag.ledger else 0
             self._write(counted, report, "; ".join(lacking))

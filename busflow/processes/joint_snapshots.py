@@ -137,8 +137,7 @@ class JointSnapshots(Extension):
             try:
                 describe_recordings(each.directory)
             except (BagError, OSError) as error:
-                why = f"its metadata cannot be written: {error}"
-                found = replace(found, complete=False, why=found.why or why)
+                found = replace(found, complete=False, why=found.why or str(error))
             with self._lock:
                 self._reports[each.directory] = found
             self._settle(found)

@@ -80,7 +80,7 @@ def test_node_without_recorded_topics_is_refused(capsys, bag, tmp_path):
     assert main([*command, "--record", str(out)]) == 2
     output = capsys.readouterr()
     assert output.out == ""
-    assert "/left/other has nothing to do with this recording: none of its topics is there: /left/" in output.err
+    assert "/left/other cannot be replayed on this recording, which has none of the topics: /left/" in output.err
     assert not out.exists()
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
 
+from busflow.errors import BagError
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.bag_file import Survey
 from busflow.recording.bag.rosbag2 import INFORMATION, METADATA
@@ -68,7 +70,7 @@ def write_metadata(
         custom: Entries that are not ROS 2's.
 
     Raises:
-        OSError: It cannot be written.
+        BagError: It cannot be written.
     """
     whole = Survey.of([each.found for each in files])
     information = {
@@ -85,8 +87,13 @@ def write_metadata(
     }
     text = yaml.safe_dump({INFORMATION: information}, sort_keys=False)
     part = directory / f".{METADATA}.part"
-    part.write_text(text, "utf-8")
-    part.replace(directory / METADATA)
+    try:
+        part.write_text(text, "utf-8")
+        part.replace(directory / METADATA)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink()
+        raise BagError(f"{METADATA} cannot be written: {error.strerror}") from None
 
 
 def _span(found: Survey) -> dict[str, Any]:

@@ -138,7 +138,7 @@ class Recorder(Extension):
             describe_recordings(directory)
         except (BagError, OSError) as error:
             self._finished = False
-            self._report_missing(f"its metadata cannot be written: {error}")
+            self._report_missing(str(error))
 
     def report(self, report: Report) -> Report:
         """The run's report, with that of its recording."""

@@ -201,7 +201,7 @@ def _refuse_unrelated(bag: Bag, members: Sequence[PlannedNode], past: Past) -> N
     known = {*past.parameters, *(node for node, _ in past.ticks)}
     if topics and not names & known and not (topics | services) & {each.topic for each in bag.channels}:
         raise BagError(
-            f"{', '.join(sorted(names))} has nothing to do with this recording: none of its topics is there: "
+            f"{', '.join(sorted(names))} cannot be replayed on this recording, which has none of the topics: "
             f"{', '.join(sorted(topics))}"
         )
 

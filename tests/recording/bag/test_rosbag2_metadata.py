@@ -4,9 +4,11 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 import yaml
 from rosbags.rosbag2 import Reader
 
+from busflow.errors import BagError
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.bag_file import Survey
 from busflow.recording.bag.channel import Channel
@@ -81,4 +83,11 @@ def test_service_events_state_no_hash(tmp_path: Path):
 def test_custom_words_stand_beside_ros_words(tmp_path: Path):
     write_metadata(tmp_path, [FileCounts("a.mcap", Survey({}, None, None))], qos=qos, custom={"busflow.run": "lab1"})
     assert stated(tmp_path)["custom_data"] == {"busflow.run": "lab1"}
+    assert [each.name for each in tmp_path.iterdir()] == ["metadata.yaml"]
+
+
+def test_metadata_that_cannot_be_written_leaves_nothing(tmp_path: Path):
+    (tmp_path / "metadata.yaml").mkdir()
+    with pytest.raises(BagError, match=r"metadata\.yaml cannot be written: Is a directory"):
+        write_metadata(tmp_path, [], qos=qos)
     assert [each.name for each in tmp_path.iterdir()] == ["metadata.yaml"]
