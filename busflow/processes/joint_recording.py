@@ -108,12 +108,13 @@ class JointRecording(Extension):
         Args:
             report: the report of the whole run.
             recordings: the recording reports of all processes, those from before a restart included. They show a file
-                that looks complete although some of it did not reach the disk in time.
+                that looks complete although some of it did not reach the disk in time, and how many messages a file
+                without an end lacks.
         """
         if not self._begun or self.outcome is not None:
             return
         self._log_unmatched(report)
-        recorded = missed = 0
+        recorded, missed = 0, sum(int(each["missed"]) for each in recordings)
         lacking: list[str] = []
         why: list[str] = []
         said = {Path(each["path"]).name: str(each["why"]) for each in recordings if each["why"]}
@@ -127,7 +128,7 @@ class JointRecording(Extension):
                     names = [file.path.name for file in each.files]
                     reasons = [said[name] for name in names if name in said] or each.incomplete()
                     why += [f"{names[0]}: {reason}" for reason in reasons]
-                recorded, missed = bag.messages, bag.ledger.missed if bag.ledger else 0
+                recorded, missed = bag.messages, max(missed, bag.ledger.missed if bag.ledger else 0)
             self._write(counted, report, "; ".join(lacking))
         except (BagError, OSError) as error:
             why.append(str(error))

@@ -10,8 +10,13 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from busflow.cli import main
+from busflow.launchfile.load.load import load
+from busflow.launchfile.model.description import RecordSpec
+from busflow.launchfile.model.placement import placed
 from busflow.msgs.std_msgs import Int64
+from busflow.processes.joint_recording import JointRecording
 from busflow.recording.bag.bag import Bag
+from busflow.runner.graph import Graph
 from busflow.testing import replay
 
 LAB1 = Path(__file__).parents[2] / "configs/lab1_processes.yaml"
@@ -357,3 +362,15 @@ def test_script_records_like_the_command(start):
     with Bag(run.folder / "rec") as bag:
         assert bag.complete, bag.incomplete
         assert len(payloads(bag, "numbers")) >= 60
+
+
+def test_messages_missed_on_a_full_disk_are_counted(project, monkeypatch):
+    """No file has an end with a ledger; what the processes reported is all that is known."""
+    monkeypatch.chdir(project)
+    (project / "run.yaml").write_text(f"plugins: [plugins]\n{TOLD}")
+    description = load(project / "run.yaml")
+    graph = Graph([description])
+    recording = JointRecording(RecordSpec("rec"), placed(description), graph.plan(), graph.log.bind("x"), run="told")
+    recording.begin()
+    recording.finish(graph.report(), [{"path": "rec/far.mcap", "missed": 7, "why": "the disk is full"}])
+    assert (recording.outcome.missed, recording.outcome.complete) == (7, False)
