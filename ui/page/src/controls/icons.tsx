@@ -4,6 +4,7 @@ const PATHS: Readonly<Record<string, string>> = {
   graph: "M2.5 5.5h4v5h-4zM9.5 2.5h4v4h-4zM9.5 9.5h4v4h-4zM6.5 7l3-2.2M6.5 9l3 2.2",
   plot: "M2.5 2.5v11h11M4.5 10.5l3-4 2.5 2.5 3.5-5",
   messages: "M2.5 3.5h11v7.5H8l-3 2.5V11H2.5zM5 6h6M5 8.5h4",
+  frames: "M5 2.5v8.5h8.5M5 11l-3 3M3.2 4.3 5 2.5l1.8 1.8M11.7 9.2l1.8 1.8-1.8 1.8",
   parameters: "M2.5 4.5h6M11.5 4.5h2M2.5 11.5h2M7.5 11.5h6M10 3v3M6 10v3",
   log: "M3 3.5h10M3 6.5h7M3 9.5h10M3 12.5h5",
   services: "M2.5 6h9M9 3.5 11.5 6 9 8.5M13.5 10.5h-9M7 8 4.5 10.5 7 13",

@@ -1,5 +1,6 @@
 /** The panels, in the order in which the page lists them. */
 import { ActionsPanel } from "./actions/actions_panel";
+import { FramesPanel } from "./frames/frames_panel";
 import { GraphPanel } from "./graph/graph_panel";
 import { HealthPanel } from "./health/health_panel";
 import { Images } from "./images/images";
@@ -23,6 +24,7 @@ export const PANELS: readonly Panel[] = [
   { kind: "plot", title: "Plot", sources: ALL, component: Plot },
   { kind: "messages", title: "Messages", sources: ALL, component: Messages },
   { kind: "images", title: "Images", sources: ALL, component: Images },
+  { kind: "frames", title: "Frames", sources: ALL, component: FramesPanel },
   { kind: "parameters", title: "Parameters", sources: LIVE, capability: "parameters", component: ParametersPanel },
   { kind: "log", title: "Log", sources: ["run", "recording"], component: LogPanel },
   { kind: "services", title: "Services", sources: LIVE, component: ServicesPanel },
