@@ -5,7 +5,7 @@ import { Icon } from "../../controls/icons";
 import { EdgeLabel, EdgeShape, Markers } from "./edge";
 import { isOfGroup } from "./folding";
 import { useGestures } from "./gestures";
-import { bestLayout, structureOf, type Box, type Layout, type Route } from "./layout";
+import { beginningOf, bestLayout, structureOf, type Box, type Layout, type Route } from "./layout";
 import { measureText } from "./measure";
 import type { Edge, GraphModel, Vertex } from "./model";
 import { nearest, type Direction } from "./neighbours";
@@ -37,7 +37,7 @@ export function Drawing({ model, selected, matches, onSelect, onFold }: DrawingP
   const layout = useLayout(model, size);
   // Until the person moves it, the drawing follows the panel's size, with names that can be read.
   const moved = useSignal<Viewport | "whole" | null>(null);
-  const view = moved.value === "whole" ? fit(layout.size, size) : (moved.value ?? readable(layout.size, size));
+  const view = moved.value === "whole" ? fit(layout.size, size) : (moved.value ?? readable(layout.size, size, beginningOf(layout)));
   const setView = (next: Viewport) => (moved.value = next);
   const isDragging = useGestures(frame, view, setView);
   // With a group that is opened or folded everything moves: what was seen is no longer there.

@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { publishKey, deliverKey } from "../../store/rates";
 import { graph, node, publisher, subscription, topic } from "../../testing/graphs";
 import { folded, foldedGroups } from "./folding";
-import { layoutOf } from "./layout";
+import { beginningOf, layoutOf } from "./layout";
 import { graphModel, type GraphModel } from "./model";
 import { readable } from "./viewport";
 
@@ -64,9 +64,10 @@ test("names of a hundred nodes are readable at once", () => {
   const measure = (label: string) => label.length * 7.5;
   const whole = fleet(10, 10);
   for (const model of [whole, folded(whole, foldedGroups(whole, new Set(), null))]) {
-    const { scale } = readable(layoutOf(model, measure, "right").size, screen);
+    const layout = layoutOf(model, measure, "right");
+    const { scale } = readable(layout.size, screen, beginningOf(layout));
     assert.ok(scale * 12 >= 10, `${scale * 12} px`);
   }
-  const { size } = layoutOf(folded(whole, foldedGroups(whole, new Set(), null)), measure, "right");
-  assert.ok(readable(size, screen).scale * size.height <= screen.height, "folded it is seen whole");
+  const layout = layoutOf(folded(whole, foldedGroups(whole, new Set(), null)), measure, "right");
+  assert.ok(readable(layout.size, screen, beginningOf(layout)).scale * layout.size.height <= screen.height, "folded it is seen whole");
 });

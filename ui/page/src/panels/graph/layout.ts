@@ -180,6 +180,13 @@ function bounds(boxes: readonly Box[]): Size {
   return { width: right + MARGIN, height: bottom + MARGIN };
 }
 
+/** Returns the box where the flow begins. */
+export function beginningOf({ flow, vertices }: Layout): Box {
+  const wayTo = ({ x, y }: Box): number => (flow === "right" ? x : y);
+  const nearer = (one: Box, other: Box): Box => (wayTo(other) < wayTo(one) ? other : one);
+  return [...vertices.values()].reduce(nearer, { x: Infinity, y: Infinity, width: 0, height: 0 });
+}
+
 /** Returns an edge's route with its ends at the middle of the sides that face each other. */
 function attached(edge: Edge, points: readonly Point[], boxes: ReadonlyMap<string, Box>, flow: Flow): Route {
   const [from, to] = [boxes.get(edge.from), boxes.get(edge.to)];

@@ -127,6 +127,12 @@ test("a topic stands with those who publish it", () => {
   assert.deepEqual(groups, { joints: "/left", "/merger": null, states: "/left", "/both": null });
 });
 
+test("a long name is drawn without its middle", () => {
+  const long = `/arm/${"joint_".repeat(10)}left`;
+  const { vertices } = graphModel(graph({ nodes: [node(long)] }), NO_RATES, USUAL);
+  assert.deepEqual(vertices.map(({ label, name }) => [label, name]), [["/arm/joint_joint_joi…int_joint_joint_left", long]]);
+});
+
 test("only groupings with several groups are offered", () => {
   const nodes = [node("/a", { process: "one" }), node("/b", { process: "two" })];
   assert.deepEqual(usefulGroupings(nodes), ["process"]);

@@ -17,7 +17,7 @@ export interface Vertex {
   readonly id: string;
   readonly kind: VertexKind;
   readonly name: string;
-  /** The name as it is drawn: without the namespace of its group. */
+  /** The name as it is drawn. */
   readonly label: string;
   /** What stands beside or below the name: a node's state, a topic's rate. */
   readonly detail: string;
@@ -71,6 +71,8 @@ const TONES: Readonly<Record<string, Tone>> = {
 /** Topics that every node has: they say nothing of this graph. */
 const COMMON_TOPICS: ReadonlySet<string> = new Set(["/parameter_events", "/rosout"]);
 const GOAL_ENDS = ["running", "queued", "succeeded", "canceled", "aborted", "rejected", "left", "lost"] as const;
+/** Characters from which on a name is drawn without its middle: the end tells it from its neighbours. */
+const LONGEST_LABEL = 40;
 const THINNEST = 1;
 const WIDEST = 7;
 
@@ -165,9 +167,10 @@ function commonGroup(nodes: readonly string[], groups: ReadonlyMap<string, strin
   return found.size === 1 ? (only ?? null) : null;
 }
 
-/** Returns a name without the namespace that its group's frame already says. */
-function within(group: string | null, name: string): string {
-  return group !== null && name.startsWith(`${group}/`) ? name.slice(group.length + 1) : name;
+/** Returns a name as it is drawn: without the namespace that its group's frame already says, and without its middle where it is long. */
+function labelOf(group: string | null, name: string): string {
+  const own = group !== null && name.startsWith(`${group}/`) ? name.slice(group.length + 1) : name;
+  return own.length <= LONGEST_LABEL ? own : `${own.slice(0, LONGEST_LABEL / 2)}…${own.slice(-LONGEST_LABEL / 2)}`;
 }
 
 /** Returns the nodes by which a topic is grouped: those that publish it, or else those that receive it. */
@@ -181,7 +184,7 @@ function nodeVertex(node: GraphNode, group: string | null): Vertex {
     id: vertexId("node", node.name),
     kind: "node",
     name: node.name,
-    label: within(group, node.name),
+    label: labelOf(group, node.name),
     detail: node.state,
     tone: toneOf(node.state),
     group,
@@ -196,7 +199,7 @@ function topicVertex(topic: GraphTopic, rates: RateTable, group: string | null):
     id: vertexId("topic", topic.name),
     kind: "topic",
     name: topic.name,
-    label: within(group, topic.name),
+    label: labelOf(group, topic.name),
     detail,
     tone: "none",
     group,
@@ -212,7 +215,7 @@ function serviceVertex(service: GraphService, group: string | null): Vertex {
     id: vertexId(kind, service.name),
     kind,
     name: service.name,
-    label: within(group, service.name),
+    label: labelOf(group, service.name),
     detail,
     tone: "none",
     group,

@@ -33,6 +33,7 @@ export function VertexShape({ vertex, box, isSelected, isDim, isTabStop, onSelec
       onKeyDown={onKeyDown}
     >
       {vertex.kind === "group" && <rect class="behind" x="4" y="4" width={box.width} height={box.height} rx={ROUNDING.group} />}
+      {!vertex.name.endsWith(vertex.label) && <title>{vertex.name}</title>}
       <rect width={box.width} height={box.height} rx={ROUNDING[vertex.kind]} />
       <text class="name" x="12" y={vertex.kind === "service" ? 18 : 19}>
         {vertex.label}

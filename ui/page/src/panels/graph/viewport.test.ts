@@ -14,8 +14,10 @@ test("a small drawing is hardly enlarged", () => {
 });
 
 test("a drawing too large to read shows its beginning", () => {
-  assert.deepEqual(readable({ width: 4000, height: 300 }, SCREEN), { x: 0, y: (600 - 300 * READABLE) / 2, scale: READABLE });
-  assert.deepEqual(readable({ width: 800, height: 300 }, SCREEN), fit({ width: 800, height: 300 }, SCREEN));
+  const start = { x: 24, y: 1480, width: 100, height: 40 };
+  assert.deepEqual(readable({ width: 4000, height: 300 }, SCREEN, start), { x: 0, y: (600 - 300 * READABLE) / 2, scale: READABLE });
+  assert.deepEqual(readable({ width: 4000, height: 3000 }, SCREEN, start), { x: 0, y: 300 - 1500 * READABLE, scale: READABLE });
+  assert.deepEqual(readable({ width: 800, height: 300 }, SCREEN, start), fit({ width: 800, height: 300 }, SCREEN));
 });
 
 test("zooming keeps the point under the pointer", () => {

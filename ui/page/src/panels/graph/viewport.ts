@@ -31,12 +31,20 @@ export function fit(drawing: Size, screen: Size): Viewport {
 /** Least scale at which names are read: they are 10 px high then. */
 export const READABLE = 0.85;
 
-/** Returns the viewport in which names can be read: the whole drawing, or where it is too large for that its beginning. */
-export function readable(drawing: Size, screen: Size): Viewport {
+/** Returns the viewport in which names can be read: the whole drawing, or where it is too large what is around a box. */
+export function readable(drawing: Size, screen: Size, start: Box): Viewport {
   const whole = fit(drawing, screen);
   if (whole.scale >= READABLE) return whole;
-  const start = (length: number, room: number): number => Math.max(0, (room - length * READABLE) / 2);
-  return { x: start(drawing.width, screen.width), y: start(drawing.height, screen.height), scale: READABLE };
+  const place = (length: number, room: number, middle: number): number => {
+    const left = room - length * READABLE;
+    return left >= 0 ? left / 2 : clamp(room / 2 - middle * READABLE, left, 0);
+  };
+  const { x, y, width, height } = start;
+  return {
+    x: place(drawing.width, screen.width, x + width / 2),
+    y: place(drawing.height, screen.height, y + height / 2),
+    scale: READABLE,
+  };
 }
 
 /** Returns the viewport larger by a factor, with a point of the screen where it is. */

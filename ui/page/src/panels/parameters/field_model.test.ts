@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Parameter } from "../../connection/answers";
+import type { Parameter, ParameterValue } from "../../connection/answers";
 import { differenceOf, faultOf, fieldOf, grouped, niceStep, readText, textOf } from "./field_model";
 
 const NO_BOUNDS = { minimum: null, maximum: null, exclusive_minimum: false, exclusive_maximum: false, step: null };
@@ -82,6 +82,8 @@ test("lists are written as JSON", () => {
 test("what differs from the file is known by its value", () => {
   assert.equal(differenceOf(parameter({ file_value: 10 })), null);
   assert.equal(differenceOf(parameter({ value: 12, file_value: 10 })), "10.0 in the file");
+  const frames = (each: object): ParameterValue => ({ base_link: { camera: each } }) as unknown as ParameterValue;
+  assert.equal(differenceOf(parameter({ value: frames({ xyz: [1, 0, 0], rpy: null }), file_value: frames({ xyz: [1, 0, 0] }) })), null);
   assert.equal(differenceOf(parameter({ source: "set at run time" })), "set at run time");
   assert.equal(differenceOf(parameter({ source: "set at run time", file_value: 10 })), null);
 });

@@ -100,9 +100,10 @@ function readJson(typed: string): Read {
   }
 }
 
-/** Returns whether two values are the same, lists item by item. */
+/** Returns whether two values are the same, lists item by item; a field that is null is as one that is left out. */
 export function isSame(one: ParameterValue | undefined, other: ParameterValue | undefined): boolean {
-  return JSON.stringify(one) === JSON.stringify(other);
+  const stated = (_: string, value: unknown): unknown => value ?? undefined;
+  return JSON.stringify(one, stated) === JSON.stringify(other, stated);
 }
 
 /** How a value stands to the launch file: null where it is the file's own, or not known to differ. */
