@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
 from busflow.cli.commands import is_hidden
@@ -37,17 +37,22 @@ def graph_of(recording: Recording, moment_ns: int) -> dict[str, Any]:
 def log_of(recording: Recording, moment_ns: int, count: int) -> list[dict[str, Any]]:
     """Return the last lines of the log up to a moment, oldest first, in the form of a run's. Blocks while it reads."""
     ids = [id_ for id_, each in recording.topics.items() if each.channel.topic == _LOG and each.channel.fault is None]
-    lines: deque[dict[str, Any]] = deque(maxlen=count)
-    for id_, entry in recording.from_(recording.start_ns, ids):
-        if entry.log_time_ns > moment_ns:
+    lines: list[dict[str, Any]] = []
+    for stretch in recording.stretches(moment_ns):
+        lines = [*_lines(recording, stretch, ids), *lines]
+        if len(lines) >= count:
             break
+    return lines[-count:]
+
+
+def _lines(recording: Recording, stretch: tuple[int, int], ids: Collection[int]) -> Iterator[dict[str, Any]]:
+    for id_, entry in recording.between(*stretch, ids):
         try:
             found = recording.topics[id_].channel.plain(entry.payload)
             stamp = found["stamp"]["sec"] * NS_PER_S + found["stamp"]["nanosec"]
-            lines.append({"stamp_ns": stamp, "level": found["level"], "node": found["name"], "text": found["msg"]})
+            yield {"stamp_ns": stamp, "level": found["level"], "node": found["name"], "text": found["msg"]}
         except (BagError, MalformedMessage, KeyError, TypeError):  # another program's type of this name
             continue
-    return list(lines)
 
 
 def _node(name: str, topics: list[str]) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Generator, Mapping
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,9 @@ _FIRST_NS = 250_000_000
 _FURTHER = 4
 _RATED_NS = 1_500_000_000
 """How far before and after a moment messages are counted for the rates at it."""
+_TRANSFORMS, _FIXED_TRANSFORMS = "/tf", "/tf_static"
+_TRANSFORMS_NS = 1_000_000_000
+"""How far before a moment transforms are shown: a message has those of one node, and a frame is published often."""
 _STATUS, _FEEDBACK = "/_action/status", "/_action/feedback"
 
 
@@ -84,32 +87,50 @@ class Recording:
         finally:
             entries.close()
 
+    def shown_at(self, moment_ns: int, topics: Collection[int]) -> list[tuple[int, Entry]]:
+        """Return what these topics show at a moment, oldest first: the last message of each, and of frames more."""
+        frames = {each: {id_ for id_ in topics if self._name(id_) == each} for each in (_TRANSFORMS, _FIXED_TRANSFORMS)}
+        found = list(self.between(self.start_ns, moment_ns, frames[_FIXED_TRANSFORMS]))
+        found += self.between(moment_ns - _TRANSFORMS_NS, moment_ns, frames[_TRANSFORMS])
+        found += self.at(moment_ns, set(topics) - {id_ for id_, _ in found}).items()
+        return sorted(found, key=lambda each: each[1].log_time_ns)
+
     def at(self, moment_ns: int, topics: Collection[int]) -> dict[int, Entry]:
         """Return the last message of each of these topics at a moment; none of a topic that begins later."""
         found: dict[int, Entry] = {}
         wanted = {id_ for id_ in topics if id_ in self.topics and self.topics[id_].first_ns <= moment_ns}
-        back_ns = _FIRST_NS
-        until_ns = min(moment_ns, self.end_ns)
-        while wanted and until_ns >= self.start_ns:
-            since_ns = max(self.start_ns, until_ns - back_ns)
-            newly = dict(self._between(since_ns, until_ns, wanted))
+        for since_ns, until_ns in self.stretches(moment_ns):
+            if not wanted:
+                break
+            newly = dict(self.between(since_ns, until_ns, wanted))
             found |= newly
             wanted -= newly.keys()
-            until_ns, back_ns = since_ns - 1, back_ns * _FURTHER
         return found
+
+    def stretches(self, moment_ns: int) -> Iterator[tuple[int, int]]:
+        """Yield the stretches of time before a moment, each longer than the one after it, back to the beginning."""
+        back_ns, until_ns = _FIRST_NS, min(moment_ns, self.end_ns)
+        while until_ns >= self.start_ns:
+            since_ns = max(self.start_ns, until_ns - back_ns)
+            yield since_ns, until_ns
+            until_ns, back_ns = since_ns - 1, back_ns * _FURTHER
 
     def rates_hz(self, moment_ns: int) -> Mapping[int, float]:
         """Return each topic's rate around a moment, by its number; none where the whole bag would have to be read."""
         if not self._is_indexed:
             return {}
         since_ns, until_ns = max(self.start_ns, moment_ns - _RATED_NS), min(self.end_ns, moment_ns + _RATED_NS)
-        counts = Counter(id_ for id_, _ in self._between(since_ns, until_ns, self.topics))
+        counts = Counter(id_ for id_, _ in self.between(since_ns, until_ns, self.topics))
         length_s = (until_ns - since_ns) / NS_PER_S
         return {id_: round(counts[id_] / length_s, 3) for id_ in self.topics} if length_s else {}
 
-    def _between(self, since_ns: int, until_ns: int, topics: Collection[int]) -> Generator[tuple[int, Entry]]:
+    def between(self, since_ns: int, until_ns: int, topics: Collection[int]) -> Iterator[tuple[int, Entry]]:
+        """Yield each message of these topics within a stretch of time, with its topic's number."""
         for entry in self._bag.entries(self._chosen(topics), since_ns, until_ns):
             yield self._ids[entry.channel], entry
+
+    def _name(self, id_: int) -> str:
+        return self.topics[id_].channel.topic if id_ in self.topics else ""
 
     def _chosen(self, topics: Collection[int]) -> Callable[[Channel], bool]:
         return {self.topics[id_].channel for id_ in topics if id_ in self.topics}.__contains__

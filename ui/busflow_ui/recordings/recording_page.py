@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 _TICK_S = 0.02
 _REPORT_NS = 100_000_000
 """The interval at which a page that plays is informed of the moment."""
-_GRAPH_S = 0.5
-"""The interval at which it is sent the graph with the rates at the moment, if that has changed."""
+_LOOK_S = 0.5
+"""The interval at which what it follows is looked at again, if the moment has changed."""
 _MOST_AT_ONCE = 500
 """Most messages of a tick. What plays faster than it can be sent goes on later, and nothing is left out."""
 _MOST_BYTES_AT_ONCE = 16 * 1024 * 1024
@@ -58,7 +58,7 @@ class RecordingPage:
         self._outgoing: deque[str] = deque()
         self._wake = asyncio.Event()
         self._fresh: set[int] = set()
-        """Subscriptions that are to be sent the last message of their topic."""
+        """Subscriptions that are to be sent what their topic shows at the moment."""
         self._reading: _Reading | None = None
         self._next: tuple[int, Entry] | None = None
         self._sent_ns = recording.start_ns - 1
@@ -87,7 +87,7 @@ class RecordingPage:
         self._send_text(protocol.text("advertise", channels=topics))
         try:
             async with asyncio.TaskGroup() as tasks:
-                sending = [tasks.create_task(each()) for each in (self._send, self._keep_graph)]
+                sending = [tasks.create_task(each()) for each in (self._send, self._keep_looking)]
                 with suppress(ConnectionClosed):
                     async for message in self._connection:
                         await self._on_message(message)
@@ -147,11 +147,11 @@ class RecordingPage:
                         await self._wake.wait()
 
     async def _send_last(self) -> None:
-        """Send the last message of topics that are new, or of all where the page went to another moment."""
+        """Send what topics show that are new, or all where the page went to another moment."""
         fresh, self._fresh = self._fresh & self._subscriptions.keys(), set()
         topics = {self._subscriptions[id_] for id_ in fresh}
-        found: Mapping[int, Entry] = await self._read(self._recording.at, self._sent_ns, topics)
-        for topic, entry in sorted(found.items(), key=lambda each: each[1].log_time_ns):
+        found: list[tuple[int, Entry]] = await self._read(self._recording.shown_at, self._sent_ns, topics)
+        for topic, entry in found:
             await self._send_entry(topic, entry, fresh)
         await self._connection.send(protocol.time(self._sent_ns))
         self._restart()
@@ -181,14 +181,16 @@ class RecordingPage:
             if self._subscriptions.get(id_) == topic:
                 await self._connection.send(protocol.message_data(id_, entry.log_time_ns, entry.payload))
 
-    async def _keep_graph(self) -> None:
-        """Send the graph again where the page has gone to another moment."""
-        shown_ns = self._sent_ns
+    async def _keep_looking(self) -> None:
+        """Send the graph and the log again where the page has gone to another moment."""
+        looked_ns = self._sent_ns
         while True:
-            await self._clock.sleep(_GRAPH_S)
-            if "graph" in self._session.following and shown_ns != self._sent_ns:
-                shown_ns = self._sent_ns
-                self._session.send_update("graph", await self._graph({}))
+            await self._clock.sleep(_LOOK_S)
+            if looked_ns != self._sent_ns:
+                looked_ns = self._sent_ns
+                for name, answer in (("graph", self._graph), ("log", self._log)):
+                    if name in self._session.following:
+                        self._session.send_update(name, await answer({}))
 
     async def _read(self, function: Callable[..., Any], *arguments: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._thread, function, *arguments)
@@ -260,4 +262,4 @@ class RecordingPage:
 
     async def _log(self, arguments: Mapping[str, Any]) -> object:
         count = checked.whole_number(arguments, "count", least=1, most=_MOST_LINES, default=_MOST_LINES)
-        return {"lines": await self._read(log_of, self._recording, self._sent_ns, count)}
+        return {"lines": await self._count(log_of, self._recording, self._sent_ns, count)}

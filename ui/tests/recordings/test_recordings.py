@@ -265,6 +265,32 @@ def test_page_is_sent_rates_of_its_moment(recording: Recording):
     looking(recording, look)
 
 
+def test_a_page_is_sent_the_log_of_its_moment(recording: Recording):
+    async def look(viewer: Viewer) -> None:
+        def is_log(lines: int) -> Callable[[dict[str, Any]], bool]:
+            return lambda found: found.get("question") == "log" and len(found["answer"]["lines"]) == lines
+
+        await viewer.send("busflow/follow", question="log", on=True)
+        await viewer.until(is_log(0))
+        await viewer.ask("seek", stamp_ns=str(recording.end_ns))
+        await viewer.until(is_log(1))
+        await viewer.ask("seek", stamp_ns=str(recording.start_ns))
+        await viewer.until(is_log(0))
+
+    looking(recording, look)
+
+
+def test_a_moment_shows_every_frame(recording: Recording, monkeypatch: pytest.MonkeyPatch):
+    """A message has the transforms of one node: with the last one alone the other frames would be missing."""
+    (imu,) = [id_ for id_, each in recording.topics.items() if each.channel.topic == "/imu/data"]
+    moment_ns = recording.start_ns + 30 * S
+    assert len(recording.shown_at(moment_ns, {imu})) == 1
+    for word, count in (("_TRANSFORMS", 10), ("_FIXED_TRANSFORMS", 300)):
+        with monkeypatch.context() as patch:
+            patch.setattr(f"busflow_ui.recordings.recording.{word}", "/imu/data")
+            assert len(recording.shown_at(moment_ns, {imu})) == pytest.approx(count, abs=1)
+
+
 def test_a_page_plays_every_message_once(recording: Recording):
     async def look(viewer: Viewer) -> None:
         await viewer.send("busflow/follow", question="time", on=True)

@@ -104,7 +104,8 @@ export class Session {
     let lines = 0;
     this.log = followed(this.questions, "log", [] as readonly LogEntry[], (before, answer, isFirst) => {
       const added = answer.lines.map((line) => ({ ...line, key: (lines += 1) }));
-      return (isFirst ? added : [...before, ...added]).slice(-MOST_LINES);
+      const isWhole = isFirst || this.source.peek() === "recording"; // whose moment may go back
+      return (isWhole ? added : [...before, ...added]).slice(-MOST_LINES);
     });
     this.findings = followed(this.questions, "health", null as readonly Finding[] | null, (_, answer) => answer.findings);
     this.run = followed(this.questions, "run", null as Run | null, (_, run) => run);
