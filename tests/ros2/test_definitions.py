@@ -87,6 +87,7 @@ async def test_ros2_learns_the_types_of_a_run():
         with rmw_session(port) as session:
             ros = RmwNode(session, "ros")
             await asyncio.to_thread(ros.sees, "/SS/", "%robot%get_type_description")
+            await asyncio.to_thread(ros.sees, "/SS/", "%robot%list_parameters")
             for type_hash, right in ((ours.type_hash, True), ("", True), ("RIHS01_" + "1" * 64, False)):
                 request = REQUEST.encode(GetTypeDescription.Request(type_name=ours.name, type_hash=type_hash))
                 payload, *_ = await asyncio.to_thread(ros.call, "/robot/get_type_description", SERVICE, request)

@@ -35,12 +35,17 @@ Answer = Callable[[Any], Awaitable[Message]]
 class ParameterServices:
     """The parameter services of one node. Every method takes a request and returns the response."""
 
-    def __init__(self, store: ParameterStore) -> None:
+    def __init__(self, store: ParameterStore, *, is_for_ros2: bool = False) -> None:
+        """Create the services; where nodes of ROS 2 take part, a node without parameters has them too.
+
+        `ros2 param list` waits five seconds for those of each node.
+        """
         self._store = store
+        self._is_offered = is_for_ros2 or bool(store.infos)
 
     def all(self) -> Iterator[tuple[str, type[ServiceType], Answer]]:
-        """Yield each service's final name, its type and its handler; nothing for a node without parameters."""
-        if not self._store.infos:
+        """Yield each service's final name, its type and its handler."""
+        if not self._is_offered:
             return
         answers: Mapping[str, tuple[type[ServiceType], Callable[[Any], Message]]] = {
             "list_parameters": (ListParameters, self.list),

@@ -195,7 +195,7 @@ class Questions:
         types: dict[str, type[ServiceType]] = {name: service.type for name, service in services.items()}
         for supervisor in self._graph.supervisors:
             own = LoggerServices(self._graph.log, supervisor.name).all()
-            offered = [*ParameterServices(supervisor.runtime.parameters).all(), *own]
+            offered = [*ParameterServices(supervisor.runtime.parameters, is_for_ros2=self._is_for_ros2).all(), *own]
             if self._is_for_ros2:
                 from busflow.wire.queries.type_services import TypeServices  # as in wire/mirror/services.py
 

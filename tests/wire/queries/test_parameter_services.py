@@ -115,7 +115,9 @@ async def test_only_nodes_with_parameters_have_the_services():
         names = [name for name, _, _ in answers(lab).all()]
         assert len(names) == 6
         assert all(name.startswith("/sensor/") for name in names)
-        assert list(ParameterServices(runtime_of(lab.node(Silent)).parameters).all()) == []
+        silent = runtime_of(lab.node(Silent)).parameters
+        assert list(ParameterServices(silent).all()) == []
+        assert len(list(ParameterServices(silent, is_for_ros2=True).all())) == 6, "as each node of ROS 2 has"
 
 
 @pytest.mark.parametrize("value", [ParameterValue(), ParameterValue(type=200)])
