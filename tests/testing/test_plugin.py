@@ -1,16 +1,14 @@
 """The pytest plugin: marked tests run on virtual time, beside the async plugins that people have."""
 
 import re
-import subprocess
 import sys
 from importlib.metadata import entry_points
-from pathlib import Path
 
 import pytest
 
+from busflow.runner import standard_error
 from tests.new_interpreter import printed_by
 
-ROOT = Path(__file__).parents[2]
 PLUGIN = "busflow.testing.plugin"
 
 TESTS = """
@@ -115,16 +113,20 @@ import anyio
 import pytest
 
 from busflow import Node
-from busflow.testing import VirtualLoop, harness
+from busflow.testing import VirtualLoop
 
 
 class Nothing(Node):
     pass
 
 
+class AnyioLoop(VirtualLoop):
+    pass
+
+
 @pytest.fixture
 def anyio_backend():
-    return "asyncio", {"loop_factory": VirtualLoop}
+    return "asyncio", {"loop_factory": AnyioLoop}
 
 
 @pytest.mark.asyncio
@@ -134,7 +136,8 @@ async def test_of_pytest_asyncio(harness):
 
 
 @pytest.mark.anyio
-async def test_of_anyio():
+async def test_of_anyio(harness):
+    assert type(asyncio.get_running_loop()) is AnyioLoop
     async with harness(Nothing) as lab:
         await anyio.sleep(3600)
         assert lab.clock.seconds() == 3600
@@ -149,44 +152,48 @@ def pytest_asyncio_loop_factories(config, item):
 """
 
 
-def run(folder, tests, *options, **environment):
-    """How many tests of a file passed, and what pytest printed."""
-    (folder / "test_it.py").write_text(tests)
-    (folder / "pytest.ini").write_text(
-        "[pytest]\naddopts = --strict-markers -p no:cacheprovider\nfilterwarnings = error\n"
-        "asyncio_default_fixture_loop_scope = function\n"
-    )
-    command = [sys.executable, "-m", "pytest", "-W", "ignore:Unknown config option", *options]
-    ours = {"PYTHONPATH": str(ROOT), **environment}  # the plugin of this tree, whichever is installed
-    done = subprocess.run(command, cwd=folder, env=ours, capture_output=True, text=True)
-    return done.returncode, done.stdout + done.stderr
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """Runs pytest in this process on a file of tests; returns its exit code, and what it printed."""
+
+    def run_tests(tests, *options):
+        (tmp_path / "test_it.py").write_text(tests)
+        (tmp_path / "pytest.ini").write_text(
+            "[pytest]\naddopts = --strict-markers -p no:cacheprovider -p no:xdist -p no:cov -p no:faulthandler\n"
+            "filterwarnings = error\nasyncio_default_fixture_loop_scope = function\n"
+        )
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.delitem(sys.modules, "test_it", raising=False)
+        monkeypatch.delitem(sys.modules, "conftest", raising=False)
+        monkeypatch.setattr(standard_error, "descriptor", 2)  # the outer pytest's, which the inner one would close
+        code = pytest.main(["-W", "ignore:Unknown config option", *options])
+        return code, capsys.readouterr().out
+
+    return run_tests
 
 
-@pytest.mark.parametrize("mode", ["strict", pytest.param("auto", marks=pytest.mark.long)])
-def test_marked_tests_run_beside_pytest_asyncio_and_anyio(tmp_path, mode):
-    code, output = run(tmp_path, TESTS + UNMARKED + OTHERS, f"--asyncio-mode={mode}")
+@pytest.mark.parametrize("mode", ["strict", "auto"])
+def test_marked_tests_run_beside_pytest_asyncio_and_anyio(run, mode):
+    code, output = run(TESTS + UNMARKED + OTHERS, f"--asyncio-mode={mode}")
     assert "9 passed, 1 xfailed" in output, output
     assert code == 0, output
 
 
-@pytest.mark.long
-def test_marked_tests_run_beside_anyio_s_auto_mode(tmp_path):
-    code, output = run(tmp_path, TESTS, "--anyio-mode=auto", "-p", "no:asyncio")
+def test_marked_tests_run_beside_anyio_s_auto_mode(run):
+    code, output = run(TESTS, "--anyio-mode=auto", "-p", "no:asyncio")
     assert "5 passed, 1 xfailed" in output, output
     assert code == 0
 
 
-@pytest.mark.long
-def test_marked_tests_need_no_other_plugin(tmp_path):
-    code, output = run(tmp_path, TESTS + UNMARKED, "-p", "no:asyncio", "-p", "no:anyio")
+def test_marked_tests_need_no_other_plugin(run):
+    code, output = run(TESTS + UNMARKED, "-p", "no:asyncio", "-p", "no:anyio")
     assert "7 passed, 1 xfailed" in output, output
     assert code == 0
 
 
-@pytest.mark.long
-def test_unhandled_async_test_gets_the_busflow_hint(tmp_path):
+def test_unhandled_async_test_gets_the_busflow_hint(run):
     test = "async def test_a():\n    pass\n\ndef test_b():\n    raise ValueError('mine')\n"
-    code, output = run(tmp_path, test, "-p", "no:asyncio", "-p", "no:anyio")
+    code, output = run(test, "-p", "no:asyncio", "-p", "no:anyio")
     assert "busflow runs an async test on virtual time: write @virtual_time above it" in output
     assert output.count("fixture harness") == 1, "of the other failure nothing is said"
     assert "2 failed" in output, output
@@ -216,30 +223,30 @@ def test_of_a_message():
 """
 
 
-def test_failure_shows_the_lines_of_the_user(tmp_path):
-    _, output = run(tmp_path, FAILING)
+def test_failure_shows_the_lines_of_the_user(run):
+    _, output = run(FAILING)
     assert "request.gear == 1" in output
     assert 'await lab.call(Trigger, "park")' in output
     assert 'Response(success="yes")' in output
     assert not re.search(r"^\S*(busflow|pydantic)/.*\.py:\d", output, re.MULTILINE), output
     assert "<string>" not in output
-    assert "busflow/bus/services" in run(tmp_path, FAILING, "--full-trace")[1]
+    assert "busflow/bus/services" in run(FAILING, "--full-trace")[1]
 
 
-@pytest.mark.long
-def test_the_others_can_be_given_the_virtual_loop(tmp_path):
+def test_the_others_can_be_given_the_virtual_loop(run, tmp_path):
     (tmp_path / "conftest.py").write_text(FACTORIES)
-    code, output = run(tmp_path, LOOPS_OF_OTHERS)
+    code, output = run(LOOPS_OF_OTHERS)
     assert "2 passed" in output, output
     assert code == 0
 
 
-@pytest.mark.long
-def test_replayed_seed_is_reported_and_used(tmp_path):
+def test_replayed_seed_is_reported_and_used(run, monkeypatch):
     test = "async def test(harness):\n    async with harness('busflow_none.yaml'):\n        pass\n"
-    _, output = run(tmp_path, test, BUSFLOW_SEED="7")
+    monkeypatch.setenv("BUSFLOW_SEED", "7")
+    _, output = run(test)
     assert "busflow: BUSFLOW_SEED=7" in output
-    _, output = run(tmp_path, test)
+    monkeypatch.delenv("BUSFLOW_SEED")
+    _, output = run(test)
     assert "BUSFLOW_SEED" not in output
 
 
