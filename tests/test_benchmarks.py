@@ -4,14 +4,14 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from xml.etree import ElementTree as ET
 
 import pytest
 
 from benchmarks.page import PAGE, replaced
 from benchmarks.plot import Line, svg
-from benchmarks.question import QUESTIONS
+from benchmarks.question import QUESTIONS, QUICK, find
+from benchmarks.rounds import ask
 
 ROOT = Path(__file__).parents[1]
 
@@ -22,20 +22,13 @@ def run(*words):
     )
 
 
-def answer(question):
-    """What is printed, and found, where a question is asked in one short round."""
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "found.json"
-        ended = run("--quick", "--without-peers", "--only", question, "--json", str(file))
-        assert ended.returncode == 0, ended.stderr
-        return ended.stdout, json.loads(file.read_text("utf-8"))
-
-
 @pytest.mark.timeout(600)
 @pytest.mark.long
-def test_question_prints_a_table_and_writes_data():
-    table, found = answer("delivery")
-    delivery = found["questions"]["delivery"]
+def test_question_prints_a_table_and_writes_data(tmp_path):
+    file = tmp_path / "found.json"
+    ended = run("--quick", "--without-peers", "--only", "delivery", "--json", str(file))
+    assert ended.returncode == 0, ended.stderr
+    table, delivery = ended.stdout, json.loads(file.read_text("utf-8"))["questions"]["delivery"]
     assert {"busflow", "asyncio.Queue", "bare calls"} == {each["contender"] for each in delivery["figures"]}
     for figure in delivery["figures"]:
         assert figure["median"] > 0, figure
@@ -50,11 +43,10 @@ def test_question_prints_a_table_and_writes_data():
 @pytest.mark.timeout(600)
 @pytest.mark.long
 def test_every_question_has_figures_of_busflow(name):
-    _, found = answer(name)
-    question = found["questions"][name]
-    assert question["failed"] == {}
-    assert any(each["contender"].startswith("busflow") for each in question["figures"])
-    assert question["call_s"] > [0.0]
+    outcome = ask(find(name), QUICK, lambda _: None, peers=False)
+    assert outcome.failed == {}
+    assert any(contender.startswith("busflow") for contender, _, _ in outcome.figures)
+    assert outcome.call_s > [0.0]
 
 
 def test_unknown_question_is_refused_with_known_ones():

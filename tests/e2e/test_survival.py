@@ -434,8 +434,6 @@ def test_peers_are_answered_during_start_and_end(start):
 # The interpreter ends, whatever happens.
 
 ENDINGS = {
-    "returns": ("async with busflow.launch(Talker, inspect='end') as graph: pass", 0),
-    "raises": ("async with busflow.launch(Talker, inspect='end') as graph: raise ValueError('mine')", 1),
     "exits": ("async with busflow.launch(Talker, inspect='end') as graph: sys.exit(3)", 3),
     "never stopped": ("graph = busflow.launch(Talker, inspect='end'); await graph.start()", 0),
     "fails": ("async with busflow.launch(Fails, inspect='end') as graph: await graph.wait()", 1),

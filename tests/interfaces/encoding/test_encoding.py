@@ -66,6 +66,8 @@ from tests.interfaces.any_message import by_group, messages
 
 FOLDER = Path(__file__).parents[2] / "cases"
 ROS = get_typestore(Stores.LATEST)
+ROSBAGS = get_typestore(Stores.EMPTY)
+"""Types as busflow describes them, in the codec of rosbags, which compiles one that several contain once."""
 TYPES = [
     getattr(module, word)
     for package in pkgutil.iter_modules(busflow.msgs.__path__)
@@ -308,13 +310,12 @@ def test_any_message_survives_and_is_encoded_as_rosbags(group):
 def check_survival(cls):
     coded, name = codec(cls), type_name(cls)
     read = decoder_from_description(describe(cls))
-    store = get_typestore(Stores.EMPTY)
     # rosbags takes a byte for signed and knows no services: it is given the type in our words, a byte as a uint8.
     words = ros2msg(describe(cls)).replace("byte ", "uint8 ").replace("byte[", "uint8[")
     words, msg_name = (text.replace("/srv/", "/msg/").replace("/action/", "/msg/") for text in (words, name))
     known = "wstring" not in words  # rosbags has no such type
     if known:
-        store.register(get_types_from_msg(words, msg_name))
+        ROSBAGS.register(get_types_from_msg(words, msg_name))
 
     @settings(max_examples=3)
     @given(messages(cls))
@@ -326,7 +327,7 @@ def check_survival(cls):
         assert (
             json.dumps(plain(read(data))) == json.dumps(plain(message)) == json.dumps(plain(read(big_endian(message))))
         )
-        assert not known or bytes(store.serialize_cdr(store.deserialize_cdr(data, msg_name), msg_name)) == data
+        assert not known or bytes(ROSBAGS.serialize_cdr(ROSBAGS.deserialize_cdr(data, msg_name), msg_name)) == data
         assert decoded.model_dump_json() == message.model_dump_json()
         assert decoded.model_fields_set == set(cls.model_fields)
         assert decoded.model_extra is None
