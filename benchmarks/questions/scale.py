@@ -138,4 +138,5 @@ QUESTION = Question(
         if _takes_part(each)
     ],
     measure=measure,
+    quick=frozenset(case.name for case in (IDLE[1], TOPICS[1], NODES[1], DEEP[1], *BYTES)),
 )

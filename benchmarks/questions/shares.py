@@ -35,6 +35,7 @@ def measure(contender: Contender, _case: str, effort: Effort) -> Sample:
         )
         try:
             _await_start(run, Path(folder))
+            time.sleep(0 if effort.is_quick else SETTLED_S)
             began, before_s = time.perf_counter(), cpu_s(run.pid)
             time.sleep(seconds)
             share = 100 * (cpu_s(run.pid) - before_s) / (time.perf_counter() - began)
@@ -50,13 +51,12 @@ def resident_bytes(pid: int) -> float:
 
 
 def _await_start(run: subprocess.Popen[bytes], folder: Path) -> None:
-    """Wait until it can be looked into, and a little longer."""
+    """Wait until it can be looked into."""
     until = time.perf_counter() + PATIENCE_S
     while not runs({"BUSFLOW_RUNTIME_DIR": str(folder)}):
         if run.poll() is not None or time.perf_counter() > until:
             raise RuntimeError(f"it has not started: {run.args}")
         time.sleep(0.05)
-    time.sleep(SETTLED_S)
 
 
 RUNNING = "while it runs"

@@ -103,6 +103,7 @@ QUESTION = Question(
         importing("cyclonedds.pub", "cyclonedds"),
     ],
     measure=measure,
+    quick=frozenset({"--help", "run, to its first message", "a program"}),
     quoted=(Quoted("rclpy, import, one node, shutdown", {("a program", "wall s"): 0.172}),),
     quoted_from="rclpy: on an idle machine; see above.",
 )

@@ -312,7 +312,7 @@ def test_a_seed_that_is_none_is_refused(monkeypatch):
 @pytest.mark.long
 def test_the_same_order_in_every_process():
     root = Path(__file__).parents[2]
-    program = "from tests.testing.test_exploration import *; print([found(race).__notes__ for race in RACES])"
+    program = "from tests.testing.test_exploration import *; print([found(race).__notes__ for race in RACES[:2]])"
     outputs = {
         subprocess.run(
             [sys.executable, "-c", program], cwd=root, env={"PYTHONHASHSEED": seed}, capture_output=True, check=True
