@@ -62,7 +62,9 @@ class Recording:
         self._bag = bag
         start_ns, end_ns = bag.start_ns, bag.end_ns
         if start_ns is None or end_ns is None:
-            raise InvalidInput(Problem("empty", f"{printable(bag.path)} holds no message", "record something first"))
+            damage = "".join(f": {each}" for each in bag.incomplete)
+            message = f"{printable(bag.path)} holds no message{damage}"
+            raise InvalidInput(Problem("empty", message, "record something first"))
         self.start_ns: int = start_ns
         self.end_ns: int = end_ns
         spans = bag.spans()

@@ -367,6 +367,7 @@ def test_a_recording_cannot_be_steered(recording: Recording):
 def test_an_empty_recording_is_refused(file: Path):
     class Empty(Bag):
         start_ns = None
+        incomplete = ("it was cut off",)
 
-    with Empty(file) as bag, pytest.raises(InvalidInput, match="holds no message"):
+    with Empty(file) as bag, pytest.raises(InvalidInput, match="holds no message: it was cut off"):
         Recording(bag)
