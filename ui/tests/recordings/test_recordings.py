@@ -265,7 +265,7 @@ def test_page_is_sent_rates_of_its_moment(recording: Recording):
     looking(recording, look)
 
 
-def test_a_page_is_sent_the_log_of_its_moment(recording: Recording):
+def test_page_is_sent_the_log_of_its_moment(recording: Recording):
     async def look(viewer: Viewer) -> None:
         def is_log(lines: int) -> Callable[[dict[str, Any]], bool]:
             return lambda found: found.get("question") == "log" and len(found["answer"]["lines"]) == lines
