@@ -12,6 +12,7 @@ from busflow import Node, launch, service, subscription
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.example_interfaces import AddTwoInts
 from busflow.msgs.std_msgs import Float64MultiArray, Int64, String
+from busflow.wire.mirror import arrival_buffer, inlet
 from tests.ros2.rmw_node import RELIABLE, RmwNode
 from tests.ros2.sessions import free_port, rmw_session, ros2_at, until, until_arrived
 
@@ -149,9 +150,11 @@ async def test_escapes_in_names_reach_no_terminal(
 
 @pytest.mark.asyncio
 async def test_a_flood_leaves_the_run_answering(
-    neighbour: Callable[[int], RmwNode], capsys: pytest.CaptureFixture[str]
+    neighbour: Callable[[int], RmwNode], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    port = free_port()
+    port, log = free_port(), ""
+    monkeypatch.setattr(inlet, "_BUSY_S", 0.0)  # any turn of the loop counts as long, and two messages as too many
+    monkeypatch.setattr(arrival_buffer, "LARGEST", 0)
     async with launch(ros2_at(port), Robot, inspect="flood") as graph:
         robot, ros = graph.node(Robot), neighbour(port)
         publish = ros.publisher("/words", STRING)
@@ -172,5 +175,11 @@ async def test_a_flood_leaves_the_run_answering(
         counts: Counter[str] = topic.losses
         await until_arrived(lambda: publish(LAST), robot.arrived, "last")
         assert turns > 10, "the loop went on meanwhile"
+        async with asyncio.timeout(60):
+            while "messages on /words from other processes are dropped" not in (log := log + capsys.readouterr().err):
+                await asyncio.to_thread(lambda: [publish(RIGHT) for _ in range(200)])
+        await until_arrived(lambda: publish(LAST), robot.arrived, "last")
         assert set(counts) <= {"lost"}
-    assert 1 <= capsys.readouterr().err.count("not received on /words") <= 21
+    log += capsys.readouterr().err
+    assert 1 <= log.count("not received on /words") <= 21
+    assert log.count("from other processes are dropped: more than") == 1
