@@ -153,7 +153,7 @@ async def test_a_flood_leaves_the_run_answering(
     neighbour: Callable[[int], RmwNode], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
     port, log = free_port(), ""
-    monkeypatch.setattr(inlet, "_BUSY_S", 0.0)  # any turn of the loop counts as long, and two messages as too many
+    monkeypatch.setattr(inlet, "_BUSY_S", 0.001)  # any turn of the loop counts as long, and two messages as too many
     monkeypatch.setattr(arrival_buffer, "LARGEST", 0)
     async with launch(ros2_at(port), Robot, inspect="flood") as graph:
         robot, ros = graph.node(Robot), neighbour(port)

@@ -191,9 +191,8 @@ class Inlet:
                 self._on_loop(self._begin, self._buffer.wait())
                 while not self._emptied.acquire(timeout=_BUSY_S):
                     if self._buffer.limit():
-                        why = f"more than {LARGEST >> 20} MiB of them wait for this process"
-                        text = f"messages on {self._topic.name} from other processes are dropped: {why}"
-                        self._on_loop(self._log.warning, text)
+                        what = f"messages on {self._topic.name} from other processes are dropped"
+                        self._on_loop(self._log.warning, f"{what}: more than {LARGEST >> 20} MiB of them wait")
         except zenoh.ZError:
             pass  # the subscriber was undeclared, which ends a waiting recv()
 

@@ -75,10 +75,9 @@ class ServiceMirror:
         """Answer ROS 2's services for a node's parameters and log level; a restart replaces the former store."""
         self.detach_parameters(store.node)
         self._shown[store], self._outlets[store] = [], []
-        is_for_ros2 = self._connection.describes_types
-        services = [*ParameterServices(store, is_for_ros2=is_for_ros2).all()]
-        services += LoggerServices(self._levels, store.node).all()
-        if is_for_ros2:
+        parameters = ParameterServices(store, is_for_ros2=self._connection.describes_types)
+        services = [*parameters.all(), *LoggerServices(self._levels, store.node).all()]
+        if self._connection.describes_types:
             from busflow.wire.queries.type_services import TypeServices  # with messages that only ROS 2's nodes need
 
             services += TypeServices(self._bus, self._supports, store.node).all()

@@ -40,8 +40,7 @@ class ParameterServices:
 
         `ros2 param list` waits five seconds for those of each node.
         """
-        self._store = store
-        self._is_offered = is_for_ros2 or bool(store.infos)
+        self._store, self._is_offered = store, is_for_ros2 or bool(store.infos)
 
     def all(self) -> Iterator[tuple[str, type[ServiceType], Answer]]:
         """Yield each service's final name, its type and its handler."""
