@@ -210,7 +210,9 @@ def test_a_recording_is_scrubbed_to_a_known_value(stage: Stage, screenshot: Keep
             value = str(known["message"]["data"])[:8]
             page.wait_for_selector(f".message:has-text('{value}')", timeout=PATIENCE_MS)
             views = page.locator(".rail-item span").all_inner_texts()
-            assert views == ["Graph", "Plot", "Messages", "Images", "Log", "Actions"], "those that a recording fills"
+            assert views == ["Graph", "Plot", "Messages", "Images", "Frames", "Log", "Actions"], (
+                "those that a recording fills"
+            )
             screenshot(page, "recording")
             page.locator(".rail-item", has_text="Plot").click()
             field = page.get_by_label("Add a line", exact=False).first

@@ -97,6 +97,23 @@ def test_a_blocked_event_loop_is_said(stage: Stage, screenshot: Keep):
     banner.wait_for(state="detached")
 
 
+def test_the_keyboard_walks_the_graph(stage: Stage):
+    main, keyboard = stage.view("Graph"), stage.page.keyboard
+    focused = "() => document.activeElement.dataset.vertex"
+    main.get_by_label("Hidden").focus()  # what stands before the drawing
+    keyboard.press("Tab")
+    first = stage.page.evaluate(focused)
+    assert first == "node /odd"
+    for arrow in ("ArrowRight", "ArrowDown", "ArrowLeft"):
+        keyboard.press(arrow)
+    other = stage.page.evaluate(focused)
+    assert other not in (None, first)
+    keyboard.press("Enter")
+    main.locator(".details h2", has_text=other.partition(" ")[2]).wait_for()
+    keyboard.press("Escape")
+    main.locator(".details").wait_for(state="detached")
+
+
 def test_an_action_is_drawn_with_its_goals(stage: Stage, screenshot: Keep):
     goal = ("action", "send_goal", "odd/count", "example_interfaces/action/Fibonacci", "{order: 3}")
     command = [sys.executable, "-P", "-m", "busflow", *goal]

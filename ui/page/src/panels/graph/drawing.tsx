@@ -152,7 +152,7 @@ function GroupFrame({ name, box, onFold }: { readonly name: string; readonly box
   return (
     <g class="group-frame">
       <rect {...box} rx="10" />
-      <text x={box.x + 12} y={box.y + 15} role="button" tabIndex={-1} data-group={name} onClick={onFold} onKeyDown={onKeyDown}>
+      <text x={box.x + 12} y={box.y + 15} role="button" tabindex={-1} data-group={name} onClick={onFold} onKeyDown={onKeyDown}>
         {name}
         <title>Fold {name}</title>
       </text>

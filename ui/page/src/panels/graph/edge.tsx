@@ -41,7 +41,7 @@ export function EdgeShape({ edge, route, flow, isSelected, isDim, onSelect }: Ed
   const path = pathOf(route, flow);
   const classes = ["edge", edge.kind, edge.look, isSelected && "selected", isDim && "dim"].filter(Boolean).join(" ");
   return (
-    <g class={classes} role="button" tabIndex={-1} aria-label={edge.sentence} data-edge={edge.id} onClick={onSelect}>
+    <g class={classes} role="button" tabindex={-1} aria-label={edge.sentence} data-edge={edge.id} onClick={onSelect}>
       <title>{edge.sentence}</title>
       <path class="reach" d={path} />
       <path class="line" d={path} stroke-width={edge.width.toFixed(2)} marker-end={`url(#arrow-${edge.look})`} />

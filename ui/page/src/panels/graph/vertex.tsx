@@ -25,7 +25,7 @@ export function VertexShape({ vertex, box, isSelected, isDim, isTabStop, onSelec
       class={classes}
       transform={`translate(${box.x} ${box.y})`}
       role="button"
-      tabIndex={isTabStop ? 0 : -1}
+      tabindex={isTabStop ? 0 : -1 /* SVG knows no tabIndex */}
       aria-label={vertex.sentence}
       aria-pressed={isSelected}
       data-vertex={vertex.id}
