@@ -181,6 +181,14 @@ def test_without_virtual_time_there_is_no_harness():
             harness(Counter)
 
     asyncio.run(main())
+    with pytest.raises(NotRunning, match="a harness needs an async test"):
+        harness(Counter)
+
+
+@virtual_time
+async def test_plain_with_is_refused_in_words():
+    with pytest.raises(NotRunning, match="which takes an async with"), harness(Counter):
+        pass
 
 
 # What happened
