@@ -163,7 +163,7 @@ class Dispatcher:
         ready = self.ready
         left = BUDGET_MESSAGES
         while ready and left > 0:
-            left -= max(1, ready.popleft().turn(QUANTUM))
+            left -= ready.popleft().turn(QUANTUM) or 1
 
     def _serve_as_chosen(self, chooser: Chooser) -> None:
         ready = self.ready
@@ -172,6 +172,6 @@ class Dispatcher:
             picked = chooser.pick(ready)
             runnable = ready[picked]
             del ready[picked]
-            left -= max(1, runnable.turn(chooser.share(QUANTUM)))
+            left -= runnable.turn(chooser.share(QUANTUM)) or 1
             if ready and chooser.rests():
                 return

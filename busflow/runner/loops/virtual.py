@@ -197,10 +197,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     def _release_due(self) -> None:
         """Make due timers ready. The float deadline of one may be a fraction of a nanosecond after `_now_ns`."""
-        timers = self._timers
-        while timers and timers[0][0] <= self._now_ns:
-            _, _, handle = heapq.heappop(timers)
-            self._now_s = max(self._now_s, handle.when())
+        while self._timers and self._timers[0][0] <= self._now_ns:
+            _, _, handle = heapq.heappop(self._timers)
+            if (when_s := handle.when()) > self._now_s:
+                self._now_s = when_s
             self._ready.append(handle)
 
     def _advance(self) -> bool:
