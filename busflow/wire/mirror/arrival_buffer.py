@@ -89,14 +89,13 @@ class ArrivalBuffer:
     def take(self, most: int) -> list[Arrived]:
         """Remove and return up to `most` messages, the oldest first; none if no more have arrived.
 
-        A large message that comes out of the ring is the last: it is handled while the processor has it at hand.
+        A large one, or as many bytes, comes last out of the ring: it is handled while the processor has it at hand.
         """
-        messages = self._messages
+        messages, size = self._messages, 0
         try:
             with self._lock:
-                while len(messages) < most and (sample := self._next()) is not None:
-                    if not 0 < self.put(sample) < LARGE:  # what lies in shared memory is large, and has no payload here
-                        break
+                while len(messages) < most and size < LARGE and (sample := self._next()) is not None:
+                    size += self.put(sample) or LARGE  # what lies in shared memory is large, and has no payload here
         except zenoh.ZError:
             pass  # the session is closed
         taken = messages[:most]
