@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from busflow.actions.endpoints import LEFT, LOST, REJECTED, GoalClient
-from busflow.actions.feedback import DEPTH, FeedbackQueue
+from busflow.actions.feedback import DEPTH, FeedbackQueue, wake
 from busflow.actions.goal import F, G, GoalState, Parts, R
 from busflow.actions.identifiers import Identifiers, from_message, key_of
 from busflow.bus.services.call import waited
@@ -63,21 +63,18 @@ class ActionClient(Generic[A]):
     """A client of an action."""
 
     def __init__(
-        self, action_type: type[ActionType], types: DerivedTypes, clock: Clock, identifiers: Identifiers
+        self, name: str, action_type: type[ActionType], types: DerivedTypes, clock: Clock, identifiers: Identifiers
     ) -> None:
         """Create a client; its endpoints are created after it, with `on_feedback` as a handler, and set."""
         self.endpoints: ClientEndpoints
+        self.action: str = name
+        """The action's final name."""
         self.type: type[ActionType] = action_type
         self.types: DerivedTypes = types
         self.clock: Clock = clock
         self.identifiers: Identifiers = identifiers
         self.sent: dict[bytes, SentGoal[Any]] = {}
         """The goals whose feedback is wanted, by the bytes of their identifiers."""
-
-    @property
-    def action(self) -> str:
-        """The action's final name."""
-        return self.endpoints.goals.service.removesuffix("/_action/send_goal")
 
     @property
     def available(self) -> bool:
@@ -184,9 +181,14 @@ class SentGoal(Generic[A]):
         self._id_message = client.identifiers.draw()
         self._client, self._goal, self._timeout_s = client, goal, timeout_s
         self._feedback = FeedbackQueue(depth, client.clock)
+        self._key = key_of(self._id_message)
         self._asked: Call[Any, Any] | None = None
-        self._result: asyncio.Future[Any] | None = None
         self._limit: asyncio.TimerHandle | None = None
+        self._is_sent = self._has_ended = False
+        self._result: Any = None
+        """The result, or the error in its place, once the goal has ended."""
+        self._waiting: list[asyncio.Future[None]] = []
+        """One future for each task that waits for the end."""
 
     @property
     def id(self) -> UUID:
@@ -194,11 +196,10 @@ class SentGoal(Generic[A]):
         return from_message(self._id_message)
 
     async def __aenter__(self) -> Self:
-        if self._result is not None:
+        if self._is_sent:
             raise NotRunning(f"the goal {self.id} was sent already; send another one")
-        client = self._client
-        self._result = asyncio.get_running_loop().create_future()
-        client.sent[key_of(self._id_message)] = self
+        client, self._is_sent = self._client, True
+        client.sent[self._key] = self
         client.endpoints.goals.running += 1
         try:
             await self._send()
@@ -240,7 +241,7 @@ class SentGoal(Generic[A]):
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if not self._future.done():
+        if not self._has_ended:
             self._post_cancel()
         self._close(LEFT)
 
@@ -251,10 +252,11 @@ class SentGoal(Generic[A]):
             ActionError: it did not succeed, as `ActionClient.run` says.
             DeadlockError: the server waits, directly or through others, for the caller.
         """
-        future = self._future
-        if not future.done():
-            await self._wait(future)
-        return cast("R", future.result())
+        if not self._has_ended:
+            await self._wait(self._waiting)
+        if isinstance(self._result, BaseException):
+            raise self._result.with_traceback(None)
+        return cast("R", self._result)
 
     async def cancel(self) -> bool:
         """Ask the server to cancel the goal, and return True if it will; `result` then raises `GoalCanceled`.
@@ -274,83 +276,73 @@ class SentGoal(Generic[A]):
 
     async def __anext__(self: SentGoal[Parts[Any, Any, F]]) -> F:
         while not self._feedback.items:
-            arrival = self._feedback.arrival()
-            if not self._future.done():
-                await self._wait(arrival)
-            elif self._feedback.is_late:
-                await arrival
-            else:
+            if self._has_ended and not self._feedback.is_late:
                 raise StopAsyncIteration
+            await self._wait(self._feedback.waiting)
         return cast("F", self._feedback.items.popleft())
 
     def push(self, feedback: Message) -> None:
         """Add feedback; a full queue drops its oldest."""
         self._client.endpoints.goals.feedback_dropped += self._feedback.push(feedback)
 
-    @property
-    def _future(self) -> asyncio.Future[Any]:
-        """The future result, there from the beginning of the block on."""
-        if self._result is None:
+    async def _wait(self, waiting: list[asyncio.Future[None]]) -> None:
+        """Wait for the goal among the tasks of a list; the running activity waits for it too."""
+        if self._asked is None:
             raise NotRunning(f"the goal {self.id} is sent by `async with`, and its result is known in that block")
-        return self._result
-
-    async def _wait(self, future: asyncio.Future[Any]) -> None:
-        """Wait for the goal to go on; the running activity waits for it too."""
-        if self._asked is not None and not self._future.done():
-            self._client.endpoints.results.refuse_cycle(self._asked)
-            await waited(self._asked, _done(future))
+        self._client.endpoints.results.refuse_cycle(self._asked)
+        waiting.append(woken := asyncio.get_running_loop().create_future())
+        try:
+            await waited(self._asked, woken)
+        finally:
+            waiting.remove(woken)
 
     # How it ends.
 
     def _take(self, call: Call[Any, Any]) -> None:
         """Take the answer to `get_result`."""
-        waiting = self._client.endpoints.feedback
-        waiting.turn(len(waiting.items))  # what was published before the result, and is on its way
-        self._client.endpoints.results.end(call)
-        response: Any = call.outcome
+        feedback = self._client.endpoints.feedback
+        if feedback.items:  # published before the result, and on its way
+            feedback.turn(len(feedback.items))
+        response: Any = self._client.endpoints.results.end(call)
         if isinstance(response, asyncio.CancelledError):  # the block was left
             return
         if isinstance(response, BaseException):
             self._settle(LOST, self._translated(response) if isinstance(response, ServiceError) else response)
             return
-        state, why = GoalState(response.status), call.remark
         self._feedback.expect(call.feedback_count)
-        if state is GoalState.SUCCEEDED:
-            self._settle(state, response.result)
+        if response.status == GoalState.SUCCEEDED:
+            self._settle(GoalState.SUCCEEDED, response.result)
             return
-        failure = _failure(state, self._client.action, self.id, why)
+        state = GoalState(response.status)
+        failure = _failure(state, self._client.action, self.id, call.remark)
         if isinstance(failure, GoalAborted | GoalCanceled):
             failure.result = response.result
         self._settle(state if state.is_terminal else LOST, failure)
 
     def _expire(self) -> None:
         """Give the goal up, because its time is over."""
-        if self._asked is not None and not self._future.done():
+        if self._asked is not None and not self._has_ended:
             self._post_cancel()
             text = f"the goal {self.id} of {self._client.action} did not end within {self._timeout_s:g} s"
             self._settle(LEFT, GoalTimeout(f"{text}; it is canceled"))
 
     def _settle(self, outcome: str | GoalState, result: object) -> None:
         """Set the result, and count the outcome; only the first one counts."""
-        future = self._future
-        if future.done():
+        if self._has_ended:
             return
         goals = self._client.endpoints.goals
         goals.outcomes[outcome] += 1
         goals.running -= 1
-        if isinstance(result, BaseException):
-            future.set_exception(result)
-            future.exception()  # a block that is left need not have asked for it
-        else:
-            future.set_result(result)
-        self._feedback.wake()
+        self._result, self._has_ended = result, True
+        wake(self._waiting)
+        wake(self._feedback.waiting)
 
     def _close(self, outcome: str) -> None:
         """Forget the goal; if it has not ended yet, this is its outcome."""
-        self._client.sent.pop(key_of(self._id_message), None)
+        self._client.sent.pop(self._key, None)
         if self._limit is not None:
             self._limit.cancel()
-        if not self._future.done():
+        if not self._has_ended:
             self._settle(outcome, ActionGone(f"the block of the goal {self.id} was left before it ended"))
         self._feedback.end()
         if self._asked is not None:
@@ -376,23 +368,8 @@ class SentGoal(Generic[A]):
         return ActionError(str(error))
 
     def __repr__(self) -> str:
-        state = "not sent" if self._result is None else "ended" if self._result.done() else "sent"
+        state = "not sent" if not self._is_sent else "ended" if self._has_ended else "sent"
         return f"<SentGoal {self.id} of {self._client.action}: {state}>"
-
-
-async def _done(future: asyncio.Future[Any]) -> None:
-    """Wait until a future is done, whatever it holds; to cancel the wait leaves it as it is."""
-    waiting: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-
-    def wake(_: object) -> None:
-        if not waiting.done():
-            waiting.set_result(None)
-
-    future.add_done_callback(wake)
-    try:
-        await waiting
-    finally:
-        future.remove_done_callback(wake)
 
 
 def _is_lost(error: BaseException) -> bool:

@@ -90,6 +90,7 @@ class ActionDeclaration(ComposedDeclaration[ActionServer[A]], Generic[A]):
         runtime = runtime_of(node)
         types, name = derived_types(self.type), runtime.resolve(self.action, service=True).name
         server = ActionServer[A](
+            name,
             self.type,
             types,
             self.options,
@@ -140,7 +141,7 @@ def create_client(declared: ActionClientDeclaration[A], runtime: NodeRuntime) ->
     origin, line = declared.origin, declared.written
     goals = GoalClient(types.send_goal, _endpoint(declared, runtime, types.send_goal, SEND_GOAL))
     client = ActionClient[A](
-        declared.type, types, runtime.surroundings.clock, Identifiers(runtime.surroundings, goals.endpoint)
+        name, declared.type, types, runtime.surroundings.clock, Identifiers(runtime.surroundings, goals.endpoint)
     )
     client.endpoints = ClientEndpoints(
         goals=goals,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from busflow.clock import NS_PER_S
@@ -23,11 +24,12 @@ class FeedbackQueue:
     def __init__(self, depth: int, clock: Clock) -> None:
         self.items: deque[Any] = deque(maxlen=depth)
         """The feedback that waits."""
+        self.waiting: list[asyncio.Future[None]] = []
+        """One future for each task that waits for more."""
         self._clock = clock
         self._come = 0
         """The number of feedback messages that have come."""
         self._expected = 0
-        self._arrival: asyncio.Future[None] | None = None
         self._patience: asyncio.TimerHandle | None = None
         """The limit of the wait for what was published before the result; None if nothing is waited for."""
 
@@ -43,7 +45,7 @@ class FeedbackQueue:
         self._come += 1
         if self._come == self._expected:
             self.end()
-        self.wake()
+        wake(self.waiting)
         return full
 
     def expect(self, count: int) -> None:
@@ -57,14 +59,11 @@ class FeedbackQueue:
         if self._patience is not None:
             self._patience.cancel()
             self._patience = None
-            self.wake()
+            wake(self.waiting)
 
-    def arrival(self) -> asyncio.Future[None]:
-        """Return a future that is done at the next `push` or `wake`."""
-        self._arrival = asyncio.get_running_loop().create_future()
-        return self._arrival
 
-    def wake(self) -> None:
-        """Wake the task that reads."""
-        if self._arrival is not None and not self._arrival.done():
-            self._arrival.set_result(None)
+def wake(waiting: Iterable[asyncio.Future[None]]) -> None:
+    """Wake the tasks that wait by these futures."""
+    for each in waiting:
+        if not each.done():
+            each.set_result(None)

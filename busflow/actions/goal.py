@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Coroutine
     from uuid import UUID
 
+    from busflow.msgs import unique_identifier_msgs
+    from busflow.msgs.builtin_interfaces import Time
+
 G_co = TypeVar("G_co", bound=Message, covariant=True)
 R_co = TypeVar("R_co", bound=Message, covariant=True)
 F_co = TypeVar("F_co", bound=Message, covariant=True)
@@ -73,18 +76,28 @@ class RunningGoal(Generic[A_co]):
 
     __slots__ = (
         "_goal", "_server", "_status", "activity", "asked", "client", "client_gone", "ending", "feedback_count",
-        "handling", "info", "key", "reason", "response", "state", "task",
+        "goal_id", "handling", "key", "reason", "response", "stamp", "state", "task",
     )  # fmt: skip
 
-    def __init__(self, server: FeedbackTaker, goal: Message, *, client: str, info: GoalInfo) -> None:
+    def __init__(
+        self,
+        server: FeedbackTaker,
+        goal: Message,
+        *,
+        client: str,
+        goal_id: unique_identifier_msgs.UUID,
+        stamp: Time,
+    ) -> None:
         """Create a goal that was just accepted."""
         self.client: str = client
         """The full name of the client's node, or `another process`."""
         self.client_gone: bool = False
         """True once that node is known to have gone."""
-        self.info: GoalInfo = info
-        """Its identifier and the time at which it was accepted, as ROS 2's message."""
-        self.key: bytes = key_of(info.goal_id)
+        self.goal_id: unique_identifier_msgs.UUID = goal_id
+        """Its identifier, as ROS 2's message."""
+        self.stamp: Time = stamp
+        """The time at which it was accepted."""
+        self.key: bytes = key_of(goal_id)
         """What it is looked up by."""
         self.state: GoalState = GoalState.ACCEPTED
         """The goal's state now."""
@@ -111,7 +124,12 @@ class RunningGoal(Generic[A_co]):
     @property
     def id(self) -> UUID:
         """The goal's identifier, which its client has chosen."""
-        return from_message(self.info.goal_id)
+        return from_message(self.goal_id)
+
+    @property
+    def info(self) -> GoalInfo:
+        """Its identifier and the time at which it was accepted, as ROS 2's message."""
+        return GoalInfo(goal_id=self.goal_id, stamp=self.stamp)
 
     @property
     def request(self: RunningGoal[Parts[G, Any, Any]]) -> G:

@@ -7,8 +7,6 @@ import os
 import uuid
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from busflow.msgs import unique_identifier_msgs
 
 if TYPE_CHECKING:
@@ -37,7 +35,7 @@ class Identifiers:
         octets = bytearray(drawn)  # `uuid.UUID(bytes=drawn, version=4).bytes` takes four times as long
         octets[6] = octets[6] & 0x0F | 0x40
         octets[8] = octets[8] & 0x3F | 0x80
-        return unique_identifier_msgs.UUID(uuid=np.frombuffer(bytes(octets), np.uint8))
+        return unique_identifier_msgs.UUID(uuid=bytes(octets))
 
 
 def key_of(message: Any) -> bytes:

@@ -28,14 +28,15 @@ class Results:
 
     def keep(self, goal: RunningGoal[Any]) -> None:
         """Keep a goal that has just ended."""
-        self._ended[goal.key] = self._clock.monotonic_ns(), goal
-        self._forget()
+        now_ns = self._clock.monotonic_ns()
+        self._ended[goal.key] = now_ns, goal
+        self._forget(now_ns)
 
     def goal(self, key: bytes) -> RunningGoal[Any] | None:
         """Return a goal that ended lately, by `key_of` its identifier."""
         if key not in self._ended:
             return None
-        self._forget()
+        self._forget(self._clock.monotonic_ns())
         return self._ended[key][1] if key in self._ended else None
 
     @property
@@ -43,10 +44,9 @@ class Results:
         """The states of the goals that ended lately, the oldest first."""
         return [goal.status for _, goal in self._ended.values()]
 
-    def _forget(self) -> None:
+    def _forget(self, now_ns: int) -> None:
         """Drop what is too old or too much; entries stand in the order of their times."""
-        kept = self._ended
-        oldest_ns = self._clock.monotonic_ns() - RESULT_KEPT_S * NS_PER_S
+        kept, oldest_ns = self._ended, now_ns - RESULT_KEPT_S * NS_PER_S
         while kept:
             first = next(iter(kept))
             if len(kept) <= RESULTS_KEPT and kept[first][0] > oldest_ns:

@@ -14,6 +14,7 @@ from busflow.actions.identifiers import from_message, key_of
 from busflow.actions.open_goals import OpenGoals, WhenBusy
 from busflow.actions.results import Results
 from busflow.bus.failure import is_failure
+from busflow.bus.services.call import set_activity
 from busflow.clock import NS_PER_S, nanoseconds_of
 from busflow.errors import IncompatibleType, NotRunning
 from busflow.interfaces.action import ActionType, DerivedTypes
@@ -66,6 +67,7 @@ class ActionServer(Generic[A]):
 
     def __init__(
         self,
+        name: str,
         action_type: type[ActionType],
         types: DerivedTypes,
         options: ServerOptions,
@@ -77,6 +79,8 @@ class ActionServer(Generic[A]):
     ) -> None:
         """Create a server; its endpoints are created after it, with its methods as handlers, and set."""
         self.endpoints: ServerEndpoints
+        self.action: str = name
+        """The action's final name."""
         self.line: OpenGoals = OpenGoals(options.when_busy, options.at_most)
         """The goals that have not ended."""
         self._type, self._types, self._options = action_type, types, options
@@ -86,11 +90,6 @@ class ActionServer(Generic[A]):
         self._idle: list[asyncio.Future[RunningGoal[Any]]] = []
         """The next goals of tasks that have none, one future for each."""
         self._results = Results(clock)
-
-    @property
-    def action(self) -> str:
-        """The action's final name."""
-        return self.endpoints.goals.service.removesuffix("/_action/send_goal")
 
     @property
     def goals(self) -> tuple[RunningGoal[A], ...]:
@@ -124,8 +123,9 @@ class ActionServer(Generic[A]):
             self.endpoints.goals.remark(refusal)
             self._log.info(f"a goal of {self.action} is rejected: {refusal}")
             return response(accepted=False, stamp=stamp)
-        info = GoalInfo(goal_id=request.goal_id, stamp=stamp)
-        goal: RunningGoal[Any] = RunningGoal(self, request.goal, client=self.endpoints.goals.caller, info=info)
+        goal: RunningGoal[Any] = RunningGoal(
+            self, request.goal, client=self.endpoints.goals.caller, goal_id=request.goal_id, stamp=stamp
+        )
         replaced = self.line.replaced()
         self._active[goal.key] = goal
         self.line.waiting.append(goal)
@@ -152,14 +152,16 @@ class ActionServer(Generic[A]):
         return self.line.refusal()
 
     def _begin_next(self) -> None:
-        """Run the goals that wait, as far as there is room."""
-        while (goal := self.line.next()) is not None:
-            goal.state = GoalState.EXECUTING
-            self.endpoints.status.change()
-            if self._idle:
-                self._idle.pop().set_result(goal)
-            else:
-                self._life.spawn(self._run_goals(goal), self.action)
+        """Run the next goal that waits, if there is room: one has come, or one has ended."""
+        goal = self.line.next()
+        if goal is None:
+            return
+        goal.state = GoalState.EXECUTING
+        self.endpoints.status.change()
+        if self._idle:
+            self._idle.pop().set_result(goal)
+        else:
+            self._life.spawn(self._run_goals(goal), self.action)
 
     # Goals that run.
 
@@ -178,9 +180,9 @@ class ActionServer(Generic[A]):
             return
         goal.task = asyncio.current_task()
         try:
-            with goal.activity.current():
-                goal.handling = self._handler(goal)
-                result = await goal.handling
+            set_activity(goal.activity)  # of a task that runs nothing but goals
+            goal.handling = self._handler(goal)
+            result = await goal.handling
             if result is not None or goal.ending is None:
                 self._check_result(result)
         except asyncio.CancelledError as error:
@@ -217,7 +219,7 @@ class ActionServer(Generic[A]):
             raise NotRunning(f"the goal {goal.id} of {self.action} has ended: it gets no feedback any more")
         goal.feedback_count += 1
         message: Any = self._types.feedback
-        self.endpoints.feedback.publish(message(goal_id=goal.info.goal_id, feedback=feedback))
+        self.endpoints.feedback.publish(message(goal_id=goal.goal_id, feedback=feedback))
 
     # Goals that end.
 
@@ -230,7 +232,7 @@ class ActionServer(Generic[A]):
             why: The reason, in words; empty for success.
             result: The handler's result; by default one with default values.
         """
-        if goal.state.is_terminal:
+        if goal.response is not None:
             return
         goal.state, goal.reason = state, why
         goal.task = goal.handling = None
@@ -291,7 +293,7 @@ class ActionServer(Generic[A]):
         for goal in self.goals:
             if goal.client == client:
                 goal.client_gone = True
-                request = CancelGoal.Request(goal_info=GoalInfo(goal_id=goal.info.goal_id))
+                request = CancelGoal.Request(goal_info=GoalInfo(goal_id=goal.goal_id))
                 call = self.endpoints.cancels.ask(request, caller=client)
                 call.reply.add_done_callback(partial(self._cancel_unasked, goal))
 
@@ -319,4 +321,4 @@ def _is_meant(goal: RunningGoal[Any], goal_id: UUID, until: Time) -> bool:
     """Return whether a request to cancel means a goal; zeros stand for any identifier, and for any time."""
     if until == Time():
         return not goal_id.int or goal.id == goal_id
-    return goal.id == goal_id or nanoseconds_of(goal.info.stamp) <= nanoseconds_of(until)
+    return goal.id == goal_id or nanoseconds_of(goal.stamp) <= nanoseconds_of(until)

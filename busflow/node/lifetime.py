@@ -11,7 +11,7 @@ import anyio.abc
 
 from busflow.bus.dispatcher import Dispatcher
 from busflow.bus.failure import Failure, is_failure
-from busflow.bus.services.call import Activity, detach_activity
+from busflow.bus.services.call import Activity, set_activity
 from busflow.errors import NotRunning
 from busflow.interfaces.message import Message
 from busflow.log import Logger
@@ -71,7 +71,7 @@ class NodeLifetime:
         self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.name}.{name}")
 
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
-        detach_activity()
+        set_activity(None)  # not its creator's
         try:
             await self.awaited(coroutine)
         except BaseException as error:

@@ -32,6 +32,14 @@ async def test_feedback_comes_in_order_and_ends():
 
 
 @virtual_time
+async def test_two_tasks_share_the_feedback():
+    async with harness(Arm, Boss) as lab, lab.node(Boss).move.send(MoveTo.Goal(angle=4)) as going:
+        readers = [asyncio.ensure_future(anext(going)) for _ in range(2)]
+        await lab.advance(2)
+        assert [each.result().left for each in readers] == [3, 2]
+
+
+@virtual_time
 async def test_run_calls_back_with_each_feedback():
     async with harness(Arm, Boss) as lab:
         left = []

@@ -62,9 +62,9 @@ def current_activity() -> Activity | None:
     return _CURRENT.get()
 
 
-def detach_activity() -> None:
-    """Detach this task from its creator's activity (deadlock check)."""
-    _CURRENT.set(None)
+def set_activity(activity: Activity | None) -> None:
+    """Attribute every call that this task makes from now on to an activity, or to none."""
+    _CURRENT.set(activity)
 
 
 class Answerer(Protocol):

@@ -85,8 +85,8 @@ class Client(Generic[Req, Res]):
         finally:
             self.end(call)
 
-    def end(self, call: Call[Req, Res]) -> None:
-        """End a call, and count how; one without an answer is withdrawn."""
+    def end(self, call: Call[Req, Res]) -> Res | BaseException:
+        """End a call, count how, and return its outcome; one without an answer is withdrawn."""
         outcome = self._service.end(call)
         if isinstance(outcome, BusflowError):
             self.errors[type(outcome).__name__] += 1
@@ -94,6 +94,7 @@ class Client(Generic[Req, Res]):
             self.cancelled += 1
         else:
             self.answered += 1
+        return outcome
 
     def refuse_cycle(self, call: Call[Req, Res]) -> None:
         """Refuse to wait for a call that waits for the running code.

@@ -96,7 +96,8 @@ class Service(DeliverySource, Generic[Req, Res]):
         call: Call[Req, Res] = Call(self.name, self._calls, request, caller, timeout_s)
         for tap in self.taps:
             tap(call)
-        self._limit(call, timeout_s)
+        if timeout_s is not None:
+            self._limit(call, timeout_s)
         try:
             if self.server is None:
                 raise self._unavailable()
@@ -128,10 +129,7 @@ class Service(DeliverySource, Generic[Req, Res]):
             tap(call)
         return cast("Res | BaseException", outcome)
 
-    def _limit(self, call: Call[Req, Res], timeout_s: float | None) -> None:
-        if timeout_s is None:
-            return
-
+    def _limit(self, call: Call[Req, Res], timeout_s: float) -> None:
         def expire() -> None:
             server = self.server.node if self.server else "gone"
             call.fail(ServiceTimeout(f"{self.name} did not answer within {timeout_s:g} s (its server is {server})"))
