@@ -11,9 +11,6 @@ class CommentBlocks:
     def __init__(self) -> None:
         self._blocks: list[list[str]] = [[]]
 
-    def __bool__(self) -> bool:
-        return any(self._blocks)
-
     def add(self, line: str) -> None:
         """Append a line, without its `#`."""
         self._blocks[-1].append(line)
@@ -25,9 +22,8 @@ class CommentBlocks:
 
     def take(self) -> str:
         """Return all as text, and forget it."""
-        text = joined(*map(dedented, self._blocks))
-        self._blocks = [[]]
-        return text
+        blocks, self._blocks = self._blocks, [[]]
+        return joined(*map(dedented, blocks))
 
 
 def joined(*blocks: str) -> str:

@@ -27,11 +27,9 @@ _ANY = re.compile(r"\w+", re.ASCII)
 
 
 class ReportProblem(Protocol):
-    """A function that records a problem; the column counts from 0."""
+    """A function that records a problem with a word of a line."""
 
-    def __call__(
-        self, code: str, message: str, line: Line, column: int, fix: str | None = None, width: int = 1
-    ) -> None:
+    def __call__(self, code: str, message: str, line: Line, word: Word, fix: str | None = None) -> None:
         """Record the problem."""
         ...
 
@@ -94,8 +92,8 @@ class Declarations:
         try:
             shape = read_type(line.type.text, self._package, lenient=self._lenient)
         except UnreadableType as error:
-            column = line.type.column + error.start
-            self._report("invalid-type", error.reason, line, column, error.fix, error.end - error.start)
+            word = Word(line.type.text[error.start : error.end], line.type.column + error.start)
+            self._report("invalid-type", error.reason, line, word, error.fix)
             return
         made = (self._field if line.equals is None else self._constant)(line, line.name, shape)
         if made is not None:
@@ -106,34 +104,34 @@ class Declarations:
         """Report what is wrong with the name; return whether the declaration can be used."""
         name, kind = line.name, "field" if line.equals is None else "constant"
         if name is None:
-            column = type_.column + len(type_.text)
-            self._report("missing-name", f"this {kind} has no name", line, column, f"write {type_.text} name")
+            end = Word("", type_.column + len(type_.text))
+            self._report("missing-name", f"this {kind} has no name", line, end, f"write {type_.text} name")
             return False
         known = self._lines.setdefault(name.text, line.number)
         upper = line.equals is not None
         if not (_ANY if self._lenient else _CONSTANT if upper else _FIELD).fullmatch(name.text):
             rule = f"a letter, then {'upper' if upper else 'lower'} case, digits, single underscores"
             message = f"{quoted(name.text)} is no name of a {kind}: {rule}"
-            self._report("invalid-name", message, line, name.column, _better(name.text, upper=upper), len(name.text))
+            self._report("invalid-name", message, line, name, _better(line, name.text))
         elif known != line.number:
             message = f"{name.text} is declared already, on line {known}"
-            self._report("duplicate-name", message, line, name.column, "rename one of them", len(name.text))
+            self._report("duplicate-name", message, line, name, "rename one of them")
         elif len(self._lines) == MAX_DECLARATIONS + 1:
             message = f"a message has at most {MAX_DECLARATIONS} fields and constants"
-            self._report("too-many", message, line, type_.column, "put some into a message of their own")
+            self._report("too-many", message, line, type_, "put some into a message of their own")
         else:
             return len(self._lines) <= MAX_DECLARATIONS
         return False
 
     def _constant(self, line: Line, name: Word, shape: Field) -> Callable[[str], DefinedConstant] | None:
         if shape.nested or shape.count is not Count.ONE or line.type is None:
-            word = line.type or name
             message = "a constant is one number, bool or text"
-            self._report("invalid-constant", message, line, word.column, "make it a field", len(word.text))
+            self._report("invalid-constant", message, line, line.type or name, "make it a field")
             return None
         text = line.value.text if line.value else ""
         if line.value is None and shape.base not in ("string", "wstring") and line.equals is not None:
-            self._report("missing-value", f"the constant {name.text} has no value", line, line.equals + 1)
+            end = Word("", line.equals + 1)
+            self._report("missing-value", f"the constant {name.text} has no value", line, end, "write it behind the =")
             return None
         value = self._value(line, lambda: scalar(shape.base, text, shape.string_bound))
         place = self._place(line, name)
@@ -144,7 +142,7 @@ class Declarations:
         if line.value is not None:
             if field.nested and not self._lenient:
                 message = "a field that holds a message has no default"
-                self._report("invalid-default", message, line, line.value.column, None, len(line.value.text))
+                self._report("invalid-default", message, line, line.value, "leave it out")
                 return None
             field = replace(field, default="" if field.nested else line.value.text)
             default = None if field.nested else self._value(line, lambda: value_of(field))
@@ -156,16 +154,21 @@ class Declarations:
             return read()
         except ValueError as error:
             if line.value is not None and not self._lenient:
-                self._report("invalid-value", str(error), line, line.value.column, None, len(line.value.text))
+                self._report("invalid-value", str(error), line, line.value)
             return line.value.text if line.value else ""
 
     def _place(self, line: Line, word: Word) -> Place:
         return Place(self._file, line.number, word.column + 1, len(word.text), line.text)
 
 
-def _better(name: str, *, upper: bool) -> str | None:
-    """Suggest a name that ROS 2 takes."""
-    word = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
-    word = re.sub(r"\W+|_+", "_", word).strip("_")
+def _better(line: Line, name: str) -> str | None:
+    """Suggest a name that ROS 2 takes; also the other declaration, since `=` alone parts a constant from a default."""
+    upper = line.equals is not None
+    word = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|\W+|_+", "_", name).strip("_")
     word = word.upper() if upper else word.lower()
-    return f"did you mean {word!r}?" if (_CONSTANT if upper else _FIELD).fullmatch(word) else None
+    if not (_CONSTANT if upper else _FIELD).fullmatch(word):
+        return None
+    if line.type is None or line.value is None or not (_FIELD if upper else _CONSTANT).fullmatch(name):
+        return f"did you mean {word!r}?"
+    kind, equals = ("default", " ") if upper else ("constant", "=")
+    return f"did you mean {word!r}, or the {kind} `{line.type.text} {name}{equals}{line.value.text}`?"

@@ -51,9 +51,7 @@ def read_type(text: str, package: str, *, lenient: bool = False) -> Field:
     Raises:
         UnreadableType: There is no such type.
     """
-    shape = _SHAPE.fullmatch(text)
-    if shape is None:  # pragma: no cover  # every text has this shape
-        raise UnreadableType(f"{quoted(text)} is no type", 0, len(text))
+    shape = next(_SHAPE.finditer(text))  # every text has this shape
     base = shape["base"]
     nested = base not in PRIMITIVES
     if nested:
@@ -86,17 +84,25 @@ def _full_name(word: str, package: str, *, lenient: bool) -> str:
         raise UnreadableType(f"ROS 2 has no type {word}", 0, len(word), f"write {_ELSEWHERE[word]}")
     parts = word.split("/")
     if len(parts) > 3 or (len(parts) == 3 and parts[1] != "msg"):
-        raise UnreadableType(f"{quoted(word)} names no message", 0, len(word), "write package/Type")
+        fix = "a comment begins with #" if word.startswith("/") else "write package/Type"
+        raise UnreadableType(f"{quoted(word)} names no message", 0, len(word), fix)
     if len(parts) > 1 and not _PACKAGE.fullmatch(parts[0]):
         rule = "a letter, then lower case, digits, single underscores"
         raise UnreadableType(f"{quoted(parts[0])} is no name of a package: {rule}", 0, max(1, len(parts[0])))
     if not _TYPE.fullmatch(parts[-1]):
         start = len(word) - len(parts[-1])
-        guess = nearest(word, PRIMITIVES) if len(parts) == 1 else None
+        guess = (nearest(word, PRIMITIVES) if len(parts) == 1 else None) or _as_written(word)
         fix = f"did you mean {guess!r}?" if guess else None
         message = f"there is no type {quoted(word)}: a message is named in letters and digits, a capital first"
         raise UnreadableType(message, min(start, max(0, len(word) - 1)), max(1, len(word)), fix)
     return full_name(word, package)
+
+
+def _as_written(word: str) -> str | None:
+    """Return the name of a message as a definition has it: `geometry_msgs.Point` is `geometry_msgs/Point`."""
+    *package, last = (each for each in re.split(r"\W+", word) if each != "msg")
+    name = "/".join([*package, "".join(each[:1].upper() + each[1:] for each in last.split("_"))])
+    return name if len(package) < 2 and _TYPE.fullmatch(name.rpartition("/")[2]) else None
 
 
 def _bound(text: str | None, start: int, base: str, *, nested: bool) -> int:

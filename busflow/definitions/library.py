@@ -90,7 +90,7 @@ class Library:
             return
         if owner in around:
             chain = " in ".join([owner, *reversed(around[around.index(owner) :])][:DEPTH])
-            raise _invalid("cycle", f"{owner} holds itself: {chain}", None, place)
+            raise _invalid("cycle", f"{owner} holds itself: {chain}", "hold its number or name in its place", place)
         if len(around) == DEPTH:
             raise _invalid("too-deep", f"types lie more than {DEPTH} deep within each other", None, place)
         definition = self.definition(owner)
@@ -110,7 +110,7 @@ class Library:
         known = [*self.names, *builtin.names]
         packages = {each.partition("/")[0] for each in known}
         if package not in packages:
-            fix = f"{did_you_mean(package, packages)}; the folder of a package is named under `interfaces`"
+            fix = f"{did_you_mean(package, packages)} (the folder of a package is named under `interfaces`)"
             raise _invalid("unknown-package", f"no package {quoted(package)} has definitions here", fix, place)
         messages = [short_name(each) for each in known if "/msg/" in each]
         guess = nearest(short, messages) or nearest(short.rpartition("/")[2], messages)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from busflow.interfaces.encoding.stated_values import closing_quote
 
 _WORDS = re.compile(r"(?P<type>[^\s#]+)(\s+(?P<name>[^\s=#]+))?\s*(?P<equals>=)?\s*")
-_SEPARATOR = re.compile(r"---\s*")
+_SEPARATOR = re.compile(r"-+\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +35,8 @@ class Line:
     """What follows the `#`, without it."""
 
     @property
-    def is_empty(self) -> bool:
-        """True for a line of nothing but spaces."""
-        return not self.text.strip()
-
-    @property
     def is_separator(self) -> bool:
-        """True for the line between the parts of a service or an action."""
+        """True for the line between the parts of a service or an action, or one that was meant to be."""
         return _SEPARATOR.fullmatch(self.text) is not None
 
     @property

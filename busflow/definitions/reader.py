@@ -8,7 +8,7 @@ from __future__ import annotations
 from busflow.definitions.comments import CommentBlocks, joined
 from busflow.definitions.declarations import Declarations
 from busflow.definitions.definition import Kind, MessageDefinition, TypeDefinition, kind_of
-from busflow.definitions.lines import Line, split
+from busflow.definitions.lines import Line, Word, split
 from busflow.errors import InvalidDefinition, Place, Problem
 from busflow.text import UNSAFE, counted
 
@@ -27,8 +27,7 @@ def read_bytes(name: str, content: bytes, file: str) -> TypeDefinition:
     try:
         return read_text(name, content.decode("utf-8-sig"), file)
     except UnicodeDecodeError as error:
-        before, _, start = content[: error.start].rpartition(b"\n")
-        line = before.count(b"\n") + 2 if b"\n" in content[: error.start] else 1
+        start, line = content[: error.start].rpartition(b"\n")[2], content.count(b"\n", 0, error.start) + 1
         place = Place(file, line, len(start.decode("utf-8-sig", "replace")) + 1)
         problem = Problem("not-utf-8", f"this is no UTF-8: {error.reason}", "save the file as UTF-8", place)
     raise InvalidDefinition([problem])
@@ -79,14 +78,14 @@ class _Reader:
         """Read one line."""
         if len(text) > MAX_LINE:
             message = f"a line has at most {MAX_LINE} characters; this one has {len(text)}"
-            self._report("too-long", message, Line(number, ""), 0)
+            self._report("too-long", message, Line(number, ""), Word("", 0), "write it on several lines")
             return
         line = split(number, text)
         unsafe = UNSAFE.search(text.replace("\t", " "))
         if unsafe is not None and not self._lenient:
             message = f"{unsafe[0]!a} is no character of a definition"
-            self._report("control-character", message, line, unsafe.start(), "leave it out")
-        elif line.is_separator and self._kind is not Kind.MESSAGE:
+            self._report("control-character", message, line, Word(unsafe[0], unsafe.start()), "leave it out")
+        elif line.is_separator:
             self._separate(line)
         elif line.type is not None:
             self._declare(line)
@@ -101,17 +100,18 @@ class _Reader:
         suffixes = self._kind.parts
         if len(self._parts) < len(suffixes):
             found = counted(len(self._parts), "part")
-            message = (
-                f"{self._kind.phrase} has {len(suffixes)} parts, with a line --- between them; this file has {found}"
-            )
-            self._report("missing-part", message, Line(1, ""), 0, "write --- on a line of its own after each part")
+            message = f"{self._kind.phrase} has {len(suffixes)} parts, a line --- between them; this file has {found}"
+            self._report("missing-part", message, Line(1, ""), Word("", 0), "write a line --- between two parts")
         return TypeDefinition(self._name, self._kind, self._comment, tuple(self._parts))
 
     def _separate(self, line: Line) -> None:
         self._end_part()
+        word = Word(line.text.rstrip(), 0)
         if len(self._parts) == len(self._kind.parts):
-            message = f"{self._kind.phrase} has {len(self._kind.parts)} parts; here begins one more"
-            self._report("too-many-parts", message, line, 0, "leave this line out", 3)
+            message = f"{self._kind.phrase} has {counted(len(self._parts), 'part')}; here begins one more"
+            self._report("too-many-parts", message, line, word, "leave this line out")
+        elif word.text != "---":
+            self._report("invalid-separator", "the line between two parts is ---", line, word, "write ---")
 
     def _end_part(self) -> None:
         if self._kind is Kind.MESSAGE and not self._comment:
@@ -144,6 +144,6 @@ class _Reader:
         package = self._name.partition("/")[0]
         return Declarations(package, self._report, self._file, lenient=self._lenient)
 
-    def _report(self, code: str, message: str, line: Line, column: int, fix: str | None = None, width: int = 1) -> None:
-        place = Place(self._file, line.number, column + 1, max(1, width), line.text)
+    def _report(self, code: str, message: str, line: Line, word: Word, fix: str | None = None) -> None:
+        place = Place(self._file, line.number, word.column + 1, max(1, len(word.text)), line.text)
         self.problems.append(Problem(code, message, fix, place))

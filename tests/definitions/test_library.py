@@ -119,6 +119,7 @@ def test_unknown_types_within_are_named_at_their_place(tmp_path):
     assert "did you mean 'std_msgs/Header'?" in refusal(library, "p/msg/C")
     cycle = f"{at}/Ring.msg:1:1: error: p/msg/Loop holds itself: p/msg/Loop in p/msg/Ring in p/msg/Loop"
     assert refusal(library, "p/msg/Loop").startswith(cycle)
+    assert refusal(library, "p/msg/Loop").endswith("fix: hold its number or name in its place")
     assert refusal(library, "p/msg/Self").startswith(f"{at}/Self.msg:1:1: error: p/msg/Self holds itself")
 
 
