@@ -79,25 +79,17 @@ class RunningGoal(Generic[A_co]):
         "goal_id", "handling", "key", "reason", "response", "stamp", "state", "task",
     )  # fmt: skip
 
-    def __init__(
-        self,
-        server: FeedbackTaker,
-        goal: Message,
-        *,
-        client: str,
-        goal_id: unique_identifier_msgs.UUID,
-        stamp: Time,
-    ) -> None:
-        """Create a goal that was just accepted."""
+    def __init__(self, server: FeedbackTaker, request: Any, *, client: str, stamp: Time) -> None:
+        """Create the goal of a request of `send_goal`, which was just accepted."""
         self.client: str = client
         """The full name of the client's node, or `another process`."""
         self.client_gone: bool = False
         """True once that node is known to have gone."""
-        self.goal_id: unique_identifier_msgs.UUID = goal_id
+        self.goal_id: unique_identifier_msgs.UUID = request.goal_id
         """Its identifier, as ROS 2's message."""
         self.stamp: Time = stamp
         """The time at which it was accepted."""
-        self.key: bytes = key_of(goal_id)
+        self.key: bytes = key_of(self.goal_id)
         """What it is looked up by."""
         self.state: GoalState = GoalState.ACCEPTED
         """The goal's state now."""
@@ -117,7 +109,7 @@ class RunningGoal(Generic[A_co]):
         """The calls that wait for its result."""
         self.response: Message | None = None
         """The answer to them, once it has ended."""
-        self._goal = goal
+        self._goal: Message = request.goal
         self._server = server
         self._status: GoalStatus | None = None
 

@@ -16,7 +16,7 @@ from busflow.actions.results import Results
 from busflow.bus.failure import is_failure
 from busflow.bus.services.call import set_activity
 from busflow.clock import NS_PER_S, nanoseconds_of
-from busflow.errors import IncompatibleType, NotRunning
+from busflow.errors import IncompatibleType, NotRunning, ServiceUnavailable
 from busflow.interfaces.action import ActionType, DerivedTypes
 from busflow.interfaces.message import Message, type_name
 from busflow.msgs.action_msgs import CancelGoal, GoalInfo, GoalStatusArray
@@ -123,9 +123,7 @@ class ActionServer(Generic[A]):
             self.endpoints.goals.remark(refusal)
             self._log.info(f"a goal of {self.action} is rejected: {refusal}")
             return response(accepted=False, stamp=stamp)
-        goal: RunningGoal[Any] = RunningGoal(
-            self, request.goal, client=self.endpoints.goals.caller, goal_id=request.goal_id, stamp=stamp
-        )
+        goal: RunningGoal[Any] = RunningGoal(self, request, client=self.endpoints.goals.caller, stamp=stamp)
         replaced = self.line.replaced()
         self._active[goal.key] = goal
         self.line.waiting.append(goal)
@@ -290,6 +288,9 @@ class ActionServer(Generic[A]):
 
     def cancel_all_of(self, client: str) -> None:
         """Cancel the goals of a client that has gone, each by a request in its name, so that a recording has it."""
+        for waiting in [each for each in self.endpoints.goals.items if each.caller == client]:
+            self.endpoints.goals.withdraw(waiting)
+            waiting.fail(ServiceUnavailable(f"{client} has gone"))
         for goal in self.goals:
             if goal.client == client:
                 goal.client_gone = True

@@ -21,7 +21,7 @@ from busflow import (
 )
 from busflow.actions.results import RESULT_KEPT_S, RESULTS_KEPT
 from busflow.bus.qos import ACTION_STATUS_DEFAULT
-from busflow.errors import IncompatibleType, NotRunning
+from busflow.errors import IncompatibleType, NotRunning, ServiceUnavailable
 from busflow.msgs.action_msgs import CancelGoal, GoalInfo, GoalStatusArray
 from busflow.msgs.unique_identifier_msgs import UUID
 from busflow.testing import harness, virtual_time
@@ -473,6 +473,21 @@ async def test_timeout_cancels_the_goal():
         assert lab.node(Arm).move.goals == ()
         assert lab.node(Arm).move.statistics().canceled == 1
         assert balanced(lab)
+
+
+@virtual_time
+async def test_request_of_a_lost_client_begins_no_goal():
+    """It waits for its turn when the client goes: nothing would ever cancel its goal."""
+    async with harness(Arm, Boss) as lab:
+        server, send = lab.node(Arm).move, lab.graph.bus.services["/arm/move/_action/send_goal"]
+        request = send.type.Request(goal_id=UUID(uuid=[1] * 16), goal=MoveTo.Goal(angle=9))
+        asked = asyncio.ensure_future(send.call(request, caller="a client of another process"))
+        await asyncio.sleep(0)
+        server.endpoints.goals.forget("a client of another process")
+        with pytest.raises(ServiceUnavailable, match="a client of another process has gone"):
+            await asked
+        await lab.settle()
+        assert (server.goals, server.statistics().rejected, balanced(lab)) == ((), 1, True)
 
 
 @virtual_time

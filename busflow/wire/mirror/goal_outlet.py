@@ -77,9 +77,8 @@ def caller_of(gid: bytes) -> str:
 
 def forget_client(service: Service[Any, Any], gid: bytes) -> None:
     """Cancel the goals of a client of another process that has gone."""
-    if not service.name.endswith(SEND_GOAL):
-        return
-    from busflow.actions.endpoints import GoalServer  # here already, unless the process serves no action
+    if service.name.endswith(SEND_GOAL):
+        from busflow.actions.endpoints import GoalServer  # here already, unless the process serves no action
 
-    if isinstance(service.server, GoalServer):
-        service.server.forget(caller_of(gid))
+        if isinstance(service.server, GoalServer):
+            service.server.forget(caller_of(gid))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -146,7 +147,8 @@ class ServiceMirror:
         """Handle the end of another process's client."""
         service = self._bus.services.get(token.topic)
         if service is not None:
-            forget_client(service, token.gid)
+            # after the first step of each of its requests, whose tasks were created before
+            asyncio.get_running_loop().call_soon(forget_client, service, token.gid)
 
     def _outlet_of(self, service: Service[Any, Any]) -> ServiceOutlet:
         if action_of(service.name) is None:
