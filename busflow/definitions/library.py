@@ -118,17 +118,12 @@ class Library:
         raise _invalid("unknown-type", f"there is no message {quoted(short)}", fix, place)
 
     def unreadable(self, name: str) -> str:
-        """Return why a type or package that is there in .idl files alone cannot be used, in words; else nothing."""
+        """Return why a type or package that is there cannot be used, in words; else nothing."""
         package, _, short = name.partition("/")
         found = self.packages.get(package)
         if found is None:
             return ""
-        if not short:
-            return found.unreadable
-        if not any(each.endswith(f"/{short.rpartition('/')[2]}") for each in found.idl):
-            return ""
-        fix = "write it as a .msg, .srv or .action file"
-        return f"{name} is defined in an .idl file alone, which busflow does not read; {fix}"
+        return found.unreadable_type(name) if short else found.unreadable
 
     def place(self, message: str, field: str) -> Place | None:
         """Return the place of a field of a message; None where no file defines it."""

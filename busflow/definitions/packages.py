@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -42,7 +42,14 @@ class Package:
     @cached_property
     def files(self) -> Mapping[str, Path]:
         """The files by the full name of the type that each defines."""
-        return {f"{self.name}/{kind}/{path.stem}": path for kind in Kind for path in self._of_kind(kind, f".{kind}")}
+        found = ((kind, path) for kind in Kind for path in self._of_kind(kind, f".{kind}"))
+        return {f"{self.name}/{kind}/{path.stem}": path for kind, path in found if _TYPE.fullmatch(path.stem)}
+
+    @cached_property
+    def misnamed(self) -> Sequence[Path]:
+        """The files whose name can be no type's."""
+        found = (path for kind in Kind for path in self._of_kind(kind, f".{kind}"))
+        return [path for path in found if not _TYPE.fullmatch(path.stem)]
 
     @cached_property
     def idl(self) -> frozenset[str]:
@@ -55,8 +62,21 @@ class Package:
         """Why it has no types, in words; empty if it has some."""
         if self.files:
             return ""
+        if self.misnamed:
+            return _no_type(self.misnamed[0])
         only = ", ".join(sorted(self.idl)[:3]) or "nothing"
         return f"{self.name} has no .msg, .srv or .action file, but {only}; busflow reads no .idl files"
+
+    def unreadable_type(self, name: str) -> str:
+        """Why a type of it cannot be used, in words; empty if it can, or nothing there has such a name."""
+        short = name.rpartition("/")[2]
+        for path in self.misnamed:
+            if path.stem.replace("_", "").lower() == short.replace("_", "").lower():
+                return _no_type(path)
+        if not any(each.endswith(f"/{short}") for each in self.idl):
+            return ""
+        fix = "write it as a .msg, .srv or .action file"
+        return f"{name} is defined in an .idl file alone, which busflow does not read; {fix}"
 
     def stated(self, tag: str) -> Iterator[str]:
         """Yield what `package.xml` has in an element: name, version, license."""
@@ -73,9 +93,11 @@ class Package:
 
     def _of_kind(self, kind: Kind, suffix: str) -> Iterator[Path]:
         folder = self.folder / kind
-        for name in sorted(each for each in _names(folder, _MAX_FILES) if each.endswith(suffix)):
-            if _TYPE.fullmatch(name.removesuffix(suffix)):
-                yield folder / name
+        yield from (folder / name for name in sorted(_names(folder, _MAX_FILES)) if name.endswith(suffix))
+
+
+def _no_type(path: Path) -> str:
+    return f"{path} defines no type: name it in letters and digits, a capital first, such as Grip{path.suffix}"
 
 
 def packages_in(folder: Path) -> list[Package]:

@@ -123,6 +123,15 @@ def test_unknown_types_within_are_named_at_their_place(tmp_path):
     assert refusal(library, "p/msg/Self").startswith(f"{at}/Self.msg:1:1: error: p/msg/Self holds itself")
 
 
+def test_file_that_names_no_type_is_said(tmp_path):
+    write(tmp_path, {"p/msg/my_grip.msg": "int8 a", "q/msg/Arm.msg": "int8 a", "q/msg/2D.msg": "int8 a"})
+    library = Library([tmp_path])
+    said = f"{tmp_path}/p/msg/my_grip.msg defines no type: name it in letters and digits, a capital first"
+    assert all(refusal(library, f"p/msg/{each}").startswith(said) for each in ("my_grip", "MyGrip"))
+    assert library.unreadable("p").startswith(said)
+    assert (library.unreadable("q"), library.unreadable("q/msg/Arm")) == ("", "")
+
+
 def test_unknown_and_idl_types_are_refused_in_words(tmp_path):
     write(tmp_path, {"p/msg/Grip.msg": "int8 a", "p/msg/Odd.idl": "module p {};"})
     library = Library([tmp_path])
