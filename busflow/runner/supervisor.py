@@ -17,7 +17,7 @@ from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTime
 from busflow.node.factory import rebuild
 from busflow.node.node import Node
 from busflow.node.runtime import NodeRuntime
-from busflow.node.supervision import Backoff, Condition, OnExit, Restart
+from busflow.node.supervision import Backoff, Condition, OnExit, Restart, Supervision
 from busflow.runner.report import NodeReport
 
 if TYPE_CHECKING:
@@ -86,7 +86,8 @@ class Supervisor:
     def __init__(self, planned: PlannedNode, overseer: Overseer) -> None:
         """Prepare the node; `live` runs it."""
         self.node: Node = planned.node
-        self.plugin, self.supervision = planned.plugin, planned.supervision
+        self.plugin: str = planned.plugin
+        self.supervision: Supervision = planned.supervision
         self.runtime: NodeRuntime = planned.runtime
         self.state: NodeState = NodeState.BUILT
         self.failure: Failure | None = None
