@@ -22,7 +22,7 @@ QUANTUM = 8
 BUDGET_S = 0.0002
 """Wall time after which the dispatcher yields to the loop; it bounds the delay of timers in a flood."""
 SLOW_S = 0.01
-"""A longer turn means slow handlers, for which the cost of reading the clock does not matter."""
+"""A longer turn of `QUANTUM` messages means slow handlers, for which the cost of reading the clock does not matter."""
 BUDGET_MESSAGES = 256
 """The budget in messages for virtual time, where wall time must not decide anything."""
 
@@ -156,7 +156,7 @@ class Dispatcher:
             if not ready:
                 return
             if (now := perf_counter()) > end:
-                self.quantum = 1 if now > end + SLOW_S else QUANTUM
+                self.quantum = 1 if now > end + SLOW_S * self.quantum / QUANTUM else QUANTUM
                 return
 
     def _serve_by_count(self) -> None:
