@@ -257,7 +257,7 @@ class ProcessGroup(Extension):
             self._ros2_dials = tuple(network.ros2.dials)
         self._directory = RunDirectory.claim(self._name)
         name = self._directory.path.name
-        card = card_of(graph, name, since_ns=graph.clock.now().nanoseconds, network=network)
+        card = card_of(graph, name, self._main, since_ns=graph.clock.now().nanoseconds, network=network)
         addresses = (*card.ros2_addresses, *(port.address for port in self._ports.values()))
         self._card = replace(card, ros2_addresses=addresses)
         self._membership = Membership(

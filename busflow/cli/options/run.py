@@ -52,6 +52,7 @@ def joined(run: str | None) -> Generator[Peer]:
     from busflow.wire.client.client import join
 
     with join(run) as peer:
+        peer.on_silence = lambda text: print_message(f"warning: {text}; what is shown lacks its part")
         theirs, own = peer.run.card.version, busflow.__version__
         if not work_together(theirs, own):
             other = f"{printable(peer.run.name)} runs busflow {printable(theirs) or 'of an unknown version'}"

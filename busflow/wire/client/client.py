@@ -88,6 +88,9 @@ class Peer:
             InspectionUnavailable: no process answers there.
         """
         self.run = run
+        self.on_silence: Callable[[str], object] = lambda _text: None
+        """Called once with a text where other processes of the run have answered, and its main process has not."""
+        self._is_silent = False
         self.session: zenoh.Session = run.open(patience_s)
         self._patience_s = patience_s
         self._zid = str(self.session.info.zid())
@@ -150,10 +153,12 @@ class Peer:
         messages: dict[str, list[Received]] = {}
         found: list[tuple[Any, list[Received]]] = []
         refusals: list[BusflowError] = []
+        silent = self.run.card.main_process
         for reply in self._replies(question, arguments, self._patience_s):
             if reply.ok is None:
                 continue
             process = str(reply.ok.key_expr)
+            silent = "" if process.endswith(f"/{silent}/{question}") else silent
             if reply.ok.attachment is not None:
                 messages.setdefault(process, []).append(Received.of(reply.ok))
                 continue
@@ -162,6 +167,10 @@ class Peer:
                 found.append((answer["answer"], messages.pop(process, [])))
             else:
                 refusals.append(refusal(str(answer.get("kind")), str(answer.get("error"))))
+        if silent and (found or refusals) and not self._is_silent:
+            self._is_silent = True
+            why = "it is stopped, or a handler blocks its event loop"
+            self.on_silence(f"the main process of {printable(self.run.name)} does not answer: {why}")
         if refusals and not found:
             raise refusals[0]
         if not found:

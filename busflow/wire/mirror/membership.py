@@ -95,11 +95,11 @@ class Membership(Extension):
             self._mirror.close()
 
 
-def card_of(graph: Graph, name: str, *, since_ns: int, network: Network | None) -> RunCard:
+def card_of(graph: Graph, name: str, process: str, *, since_ns: int, network: Network | None) -> RunCard:
     """Return the description of the run to which this graph belongs, alone or as the one of the main process."""
     file = next((each.file for each in graph.descriptions), "")
     packages = {key: str(path) for each in graph.descriptions for key, path in each.packages.items()}
-    card = RunCard(name, os.getpid(), since_ns, file, _version(), packages)
+    card = RunCard(name, os.getpid(), since_ns, file, _version(), packages, main_process=process)
     if network is None or network.ros2 is None:
         return card
     addresses = () if network.ros2.is_router else tuple(network.ros2.listens)  # a later run finds the router anyway
@@ -176,7 +176,7 @@ class Inspection(Extension):
 
         name, process = directory.path.name, SOCKET.removesuffix(".sock")
         started_ns = SystemClock().now().nanoseconds  # wall time, whatever clock the graph has
-        card = card_of(self._graph, name, since_ns=started_ns, network=network)
+        card = card_of(self._graph, name, process, since_ns=started_ns, network=network)
         self._mirror = Mirror(self._graph, session, card, process, _history(self._graph))
         self._mirror.begin()
         directory.write_card(card)

@@ -67,6 +67,8 @@ class RunCard:
     """The domain of the nodes of ROS 2 that take part; None if none can."""
     ros2_addresses: tuple[str, ...] = ()
     """Where its processes wait for nodes of ROS 2, and for the processes of later runs in the domain."""
+    main_process: str = ""
+    """The name of its main process on this machine, in the keys of answers."""
 
     @property
     def domain(self) -> int:
@@ -385,7 +387,7 @@ def _card(path: Path) -> RunCard | None:
     try:
         with (path / _CARD).open("rb") as file:
             found: Any = json.loads(file.read(_CARD_BYTES))
-        words = {field: found.get(field, "") for field in ("name", "file", "version")}
+        words = {field: found.get(field, "") for field in ("name", "file", "version", "main_process")}
         numbers = {field: found[field] for field in ("pid", "since_ns")}
         packages = {str(name): str(folder) for name, folder in found.get("packages", {}).items()}
         addresses = tuple(str(address) for address in found.get("ros2_addresses", ()))

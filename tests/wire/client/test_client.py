@@ -5,6 +5,7 @@ Tests of `actions.py` are those of the command that sends goals, `tests/cli/test
 
 import asyncio
 import threading
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -36,6 +37,19 @@ async def test_the_runs_process_answers_a_question(looked_at: Any):
     async with looked_at(Counter) as looked:
         (answer,) = await looked.ask(looked.peer.ask, "run")
     assert answer["nodes"] == 1
+
+
+async def test_silence_of_the_main_process_is_said_once(looked_at: Any):
+    async with looked_at(Counter) as looked:
+        peer, texts = looked.peer, list[str]()
+        peer.on_silence = texts.append
+        await looked.ask(peer.ask, "graph")
+        assert texts == []
+        peer.run = replace(peer.run, card=replace(peer.run.card, main_process="planner"))  # as if it had another name
+        for _ in range(2):
+            await looked.ask(peer.ask, "graph")
+        (text,) = texts
+        assert text.startswith("the main process of looked does not answer: ")
 
 
 async def test_a_refused_question_raises(looked_at: Any):
