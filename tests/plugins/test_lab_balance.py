@@ -33,7 +33,7 @@ def test_fall_is_named_with_seed_time_topic(capsys):
     printed = capsys.readouterr().out
     assert "lab_fall.yaml:17:26: error: pose.position.z of /pelvis/pose was 0.8" in printed
     assert " at 9.5 s, not between 0.85 and 0.95, the first of " in printed
-    assert "(seed 0, as with 1 others, of 2)" in printed
+    assert "(seed 0, as with 1 other, of 2)" in printed
 
 
 @pytest.fixture(scope="module")

@@ -163,6 +163,7 @@ def run(tmp_path, monkeypatch, capsys):
             "filterwarnings = error\nasyncio_default_fixture_loop_scope = function\n"
         )
         monkeypatch.chdir(tmp_path)
+        monkeypatch.delenv("CI", raising=False)  # with it pytest prints each error a second time, in its summary
         monkeypatch.delitem(sys.modules, "test_it", raising=False)
         monkeypatch.delitem(sys.modules, "conftest", raising=False)
         monkeypatch.setattr(standard_error, "descriptor", 2)  # the outer pytest's, which the inner one would close
