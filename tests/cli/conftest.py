@@ -164,13 +164,13 @@ class Odds(Node):
     count = 0
 
     async def start(self) -> None:
-        self.pixels = np.zeros(640 * 480 * 3, np.uint8)
+        self.pixels = np.zeros(1920 * 1080 * 3, np.uint8)
         self.name_of_map.publish(String(data="attic"))
         self.log.info("ready")
 
     @timer(0.2)
     def show(self) -> None:
-        self.image.publish(Image(height=480, width=640, encoding="rgb8", step=1920, data=self.pixels))
+        self.image.publish(Image(height=1080, width=1920, encoding="rgb8", step=5760, data=self.pixels))
         self.talk.publish(String(data="\\x1b[31mred\\u202e"))
         self.note.publish(Note(text="a, b", marks={"x": float("inf")}))
 

@@ -139,14 +139,14 @@ class TestOdds:
         assert len(lines) == 10 + 1 + 129 + 1
         lines = printed(capsys, "camera/image", "--once", "-l", "2").splitlines()
         assert lines[-5:] == ["data:", "- 0", "- 0", "- '...'", "---"]
-        assert "<sequence type: uint8, length: 921600>" in printed(capsys, "camera/image", "--once", "--no-arr")
-        assert printed(capsys, "camera/image", "--once", "--raw").endswith("... (921648 bytes)\n")
+        assert "<sequence type: uint8, length: 6220800>" in printed(capsys, "camera/image", "--once", "--no-arr")
+        assert printed(capsys, "camera/image", "--once", "--raw").endswith("... (6220848 bytes)\n")
 
     @pytest.mark.long
     def test_the_whole_image_is_there_on_request(self, capsys: Captured):
-        assert len(printed(capsys, "camera/image", "--once", "--csv", "--full-length").split(",")) == 921_600 + 8
+        assert len(printed(capsys, "camera/image", "--once", "--csv", "--full-length").split(",")) == 6_220_800 + 8
         (line,) = printed(capsys, "camera/image", "--once", "--json").splitlines()
-        assert len(json.loads(line)["message"]["data"]) == 921_600
+        assert len(json.loads(line)["message"]["data"]) == 6_220_800
 
     def test_escape_sequences_are_shown_not_obeyed(self, capsys: Captured):
         assert printed(capsys, "talk", "--once") == 'data: "\\x1b[31mred\\u202e"\n---\n'

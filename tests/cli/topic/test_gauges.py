@@ -77,7 +77,7 @@ class TestOdds:
     def test_an_image_is_measured_to_the_byte(self, capsys: Captured):
         assert main(["topic", "bw", "camera/image", "-n", "1", "--json"]) == 0
         answer = json.loads(capsys.readouterr().out)
-        assert answer["size_bytes"]["mean"] == 921_600 + 48
+        assert answer["size_bytes"]["mean"] == 6_220_800 + 48
 
     def test_unpublished_topic_is_warned_of(self, capsys: Captured):
         assert main(["topic", "hz", "cmd", "-n", "2", "--every", "10ms"]) == 0
