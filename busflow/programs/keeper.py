@@ -24,31 +24,56 @@ from types import FrameType
 _SET_PARENT_DEATH_SIGNAL = 1
 _SET_CHILD_SUBREAPER = 36
 """Numbers of Linux's `prctl`."""
+_ORDERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals to the keeper that stop its program."""
 _LINE_BYTES = 1 << 20
 _KILLED_S = 1.0
 """How long killed processes may take to end; one in the midst of a system call of a broken device may never."""
 
 
+class Stopping:
+    """Signals that stop a program: the first when it is ordered, each other one when the grace of the last is over."""
+
+    def __init__(self) -> None:
+        self.signals = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+        """Signals that the program has not got yet."""
+        self.is_due = False
+        """Whether the time for the next signal has come."""
+        self._is_ordered = False
+
+    def order(self) -> None:
+        """Let the first signal be due; another order hastens nothing."""
+        self.is_due |= not self._is_ordered
+        self._is_ordered = True
+
+    def on_signals(self, numbers: bytes) -> None:
+        """Heed signals to the keeper: an order to stop, the end of the grace, or one that only wakes it."""
+        if any(number in numbers for number in _ORDERS):
+            self.order()
+        self.is_due |= signal.SIGALRM in numbers
+
+    def next(self) -> signal.Signals:
+        """Take the signal that is due."""
+        self.is_due = False
+        return self.signals.pop(0)
+
+
 class Keeper:
     """The program of this keeper, from its start until no process of it is left."""
 
-    def __init__(self, report: int) -> None:
+    def __init__(self, orders: int, report: int) -> None:
         os.set_inheritable(report, False)
-        self._report = report
+        self._orders, self._report = orders, report
         self._woken, self._wake = os.pipe()
         for end in (self._woken, self._wake):
             os.set_blocking(end, False)
         self._linux: ctypes.CDLL | None = ctypes.CDLL(None) if sys.platform == "linux" else None
-        self._signals = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
-        """Signals that the program has not got yet."""
-        self._is_to_stop = False
-        self._is_due = False
-        """Whether the time for the next signal has come."""
+        self._stopping = Stopping()
         self._code: int | None = None
 
     def run(self) -> None:
         """Start the program, and return when neither it nor what it started is left."""
-        with os.fdopen(0, "rb", buffering=0, closefd=False) as orders:
+        with os.fdopen(self._orders, "rb", buffering=0, closefd=False) as orders:
             order = json.loads(orders.readline(_LINE_BYTES))
         self._grace_s = float(order["grace_s"])
         self._heed_signals()
@@ -67,21 +92,12 @@ class Keeper:
             return
         self._say(pid=program.pid)
         self._wait(program)
-        self._say(code=self._code, killed=not self._signals)
+        self._say(code=self._code, killed=not self._stopping.signals)
 
     def _heed_signals(self) -> None:
-        """Stop the program at a signal. A program whose keeper handles SIGINT cannot ignore it from its start."""
-
-        def stop(_number: int, _frame: FrameType | None) -> None:
-            self._is_to_stop = True
-
-        def be_due(_number: int, _frame: FrameType | None) -> None:
-            self._is_due = True
-
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, stop)
-        signal.signal(signal.SIGALRM, be_due)
-        signal.signal(signal.SIGCHLD, _wake_only)
+        """Let signals wake the keeper. A program whose keeper handles SIGINT cannot ignore it from its start."""
+        for number in (*_ORDERS, signal.SIGALRM, signal.SIGCHLD):
+            signal.signal(number, _write_number)
         signal.set_wakeup_fd(self._wake, warn_on_full_buffer=False)
 
     def _die_with_keeper(self) -> None:
@@ -90,22 +106,21 @@ class Keeper:
 
     def _wait(self, program: subprocess.Popen[bytes]) -> None:
         """Reap what ends, and send the signals that are due, until nothing is left or what is left cannot be killed."""
-        readers = [0, self._woken]
-        is_stopping = False
+        readers, stopping = [self._orders, self._woken], self._stopping
         while self._is_anything_left(program):
-            # When the program has ended, what it has left behind is stopped.
-            if self._is_due or (not is_stopping and (self._is_to_stop or self._code is not None)):
-                if not self._signals:
+            if self._code is not None:  # the program has ended: what it has left behind is stopped
+                stopping.order()
+            if stopping.is_due:
+                if not stopping.signals:
                     return
-                is_stopping, self._is_due = True, False
-                self._send(program, self._signals.pop(0))
+                self._send(program, stopping.next())
             ready, _, _ = select.select(readers, [], [])
             if self._woken in ready:
-                os.read(self._woken, 4096)
-            if 0 in ready:
-                self._is_to_stop = True
-                if not os.read(0, 4096):  # the run is gone
-                    readers.remove(0)
+                stopping.on_signals(os.read(self._woken, 4096))
+            if self._orders in ready:
+                stopping.order()
+                if not os.read(self._orders, 4096):  # the run is gone
+                    readers.remove(self._orders)
 
     def _is_anything_left(self, program: subprocess.Popen[bytes]) -> bool:
         """Reap all that have ended; return whether a process of the program is left."""
@@ -123,18 +138,18 @@ class Keeper:
         """Send a signal, and set the time of the next one."""
         with contextlib.suppress(OSError):  # nothing is left in the group, or it runs as another user
             os.killpg(program.pid, number)
-        for pid in _descendants(os.getpid()) if number is not signal.SIGINT else ():
+        for pid in descendants(os.getpid()) if number is not signal.SIGINT else ():
             with contextlib.suppress(OSError):  # it has just ended
                 os.kill(pid, number)
-        signal.setitimer(signal.ITIMER_REAL, self._grace_s if self._signals else _KILLED_S)
+        signal.setitimer(signal.ITIMER_REAL, self._grace_s if self._stopping.signals else _KILLED_S)
 
     def _say(self, **values: object) -> None:
         with contextlib.suppress(OSError):  # the run is gone
             os.write(self._report, json.dumps(values).encode() + b"\n")
 
 
-def _wake_only(_number: int, _frame: FrameType | None) -> None:
-    """A handler, so that the signal wakes the keeper."""
+def _write_number(_number: int, _frame: FrameType | None) -> None:
+    """A handler, with which Python writes the signal's number to the keeper's pipe."""
 
 
 def _is_group(group: int) -> bool:
@@ -145,7 +160,7 @@ def _is_group(group: int) -> bool:
     return True
 
 
-def _descendants(ancestor: int) -> list[int]:
+def descendants(ancestor: int) -> list[int]:
     """Return all processes below one, also those that have left its group; none where the system has no /proc."""
     parents: dict[int, int] = {}
     for status in Path("/proc").glob("[0-9]*/stat"):
@@ -159,4 +174,4 @@ def _descendants(ancestor: int) -> list[int]:
 
 
 if __name__ == "__main__":
-    Keeper(int(sys.argv[1])).run()
+    Keeper(sys.stdin.fileno(), int(sys.argv[1])).run()

@@ -1,4 +1,4 @@
-"""The keeper as the process that it is: real programs, their ends and those of what they start."""
+"""The keeper: the order of its signals, and the process that it is, with real programs and what they start."""
 
 import json
 import os
@@ -6,9 +6,11 @@ import select
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import repeat
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -91,6 +93,92 @@ def watched(pid: int) -> Iterator[int]:
 
 def ends(descriptor: int) -> bool:
     return bool(select.select([descriptor], [], [], PATIENCE_S)[0])
+
+
+def signals_of(*steps: Any) -> list[signal.Signals]:
+    """The signals that a program gets: a step is an order to stop, or signals that the keeper itself gets."""
+    stopping, sent = keeper.Stopping(), []
+    for step in steps:
+        stopping.order() if step == "order" else stopping.on_signals(bytes(step))
+        if stopping.is_due:
+            sent.append(stopping.next())
+    return sent
+
+
+def test_each_grace_brings_next_signal():
+    grace = (signal.SIGALRM,)
+    assert signals_of("order", grace, grace) == [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signal_is_an_order_to_stop(number):
+    assert signals_of((signal.SIGCHLD, number)) == [signal.SIGINT]
+
+
+def test_more_orders_hasten_nothing():
+    assert signals_of("order", (signal.SIGINT, signal.SIGTERM), "order", (signal.SIGCHLD,)) == [signal.SIGINT]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has /proc")
+def test_descendants_are_found_whatever_their_names(tmp_path):
+    shell = tmp_path / "a) S 1 ("
+    shell.symlink_to("/bin/sh")
+    with subprocess.Popen([shell, "-c", "sh -c 'echo $$; read line'; true"], stdin=-1, stdout=-1) as parent:
+        child = int(parent.stdout.readline())
+        assert keeper.descendants(parent.pid) == [child]
+        assert {parent.pid, child} <= set(keeper.descendants(os.getpid()))
+        parent.stdin.close()
+
+
+class System:
+    """A system without subreapers for a keeper in this process: its program has the number 7, and no time passes."""
+
+    def __init__(self, reaped: Iterable[tuple[int, int]], last: int | None = None) -> None:
+        self.sent: list[int] = []
+        self._reaped, self._last = iter(reaped), last
+
+    def waitpid(self, *_: int) -> tuple[int, int]:
+        if (found := next(self._reaped, None)) is None:
+            raise ChildProcessError
+        return found
+
+    def killpg(self, _group: int, number: int) -> None:
+        if self._last in self.sent:  # which has ended the group
+            raise ProcessLookupError
+        self.sent += [number] if number else []
+
+    def keep(self) -> list[dict[str, Any]]:
+        """Run a keeper whose run dies at once, and return what it reports."""
+        (orders, order), (reports, report) = os.pipe(), os.pipe()
+        os.write(order, json.dumps({"command": ["driver"], "cwd": "/", "grace_s": 1.0}).encode() + b"\n")
+        os.close(order)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(sys, "platform", "darwin")
+            patch.setattr(subprocess, "Popen", lambda *_args, **_words: SimpleNamespace(pid=7))
+            patch.setattr(signal, "signal", lambda *_: None)
+            patch.setattr(signal, "set_wakeup_fd", lambda *_args, **_words: None)
+            patch.setattr(signal, "setitimer", lambda *_: os.write(kept._wake, bytes([signal.SIGALRM])))
+            patch.setattr(os, "waitpid", self.waitpid)
+            patch.setattr(os, "killpg", self.killpg)
+            patch.setattr(keeper, "descendants", lambda _: [])
+            kept = keeper.Keeper(orders, report)
+            kept.run()
+        for each in (orders, report, kept._woken, kept._wake):
+            os.close(each)
+        with os.fdopen(reports) as lines:
+            return [json.loads(line) for line in lines]
+
+
+def test_process_that_cannot_be_killed_is_left():
+    system = System(repeat((0, 0)))
+    assert system.keep() == [{"pid": 7}, {"code": None, "killed": True}]
+    assert system.sent == [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+
+
+def test_group_is_stopped_where_no_subreapers_are():
+    system = System([(7, 0)], last=signal.SIGTERM)
+    assert system.keep() == [{"pid": 7}, {"code": 0, "killed": False}]
+    assert system.sent == [signal.SIGINT, signal.SIGTERM]
 
 
 def test_output_number_and_exit_code_are_reported(keep, tmp_path):

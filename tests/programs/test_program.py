@@ -1,12 +1,16 @@
 """One program of a run: its start, restarts, failures and end, for real."""
 
+import asyncio
+import errno
 import os
 import signal
 
 import pytest
 
 from busflow.errors import DependencyEnded, ExitCode, NodeFailed, ProgramFailed
+from busflow.programs import program
 from tests.processes.conftest import PATIENCE_S, ended
+from tests.programs.conftest import Launched
 
 FAST = "restart: {policy: on-failure, backoff: [10ms, 10ms], max: 2}"
 
@@ -42,6 +46,15 @@ def test_program_that_cannot_be_executed_fails(launched, project):
     (project / "driver").chmod(0o755)
     with pytest.raises(ProgramFailed, match="the program /driver cannot be started: Exec format error"):
         launched("programs: {driver: {command: [./driver]}}")
+
+
+def test_keeper_that_cannot_start_fails_program(launched, monkeypatch):
+    def fail(*_: object) -> None:
+        raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(program, "Child", fail)
+    with pytest.raises(ProgramFailed, match="the program /driver cannot be started: Resource temporarily unavailable"):
+        launched("programs: {driver: {command: ['true']}}")
 
 
 def test_failed_program_is_restarted(launched):
@@ -140,6 +153,63 @@ programs:
 """
     lines = launched(text, act).log.texts("/driver", "/quick", "/last")
     assert [each for each in lines if not each.startswith("the program")][:3] == ["node starts", "first", "last"]
+
+
+def test_loop_that_ends_stops_programs(project):
+    async def main() -> int:
+        run = Launched(f"programs: {{driver: {{{shell('echo on; exec sleep 600')}}}}}", project)
+        await run.graph.start()
+        await run.log.wait_for("on")
+        (programs,) = (each.about()["programs"] for each in run.graph.extensions if each.about())
+        assert [each["state"] for each in programs] == ["running"]
+        return programs[0]["pid"]
+
+    assert ended([asyncio.run(main())], PATIENCE_S)
+
+
+def test_long_wait_for_others_is_logged(launched, project, monkeypatch):
+    async def act(run):
+        await run.log.wait_for("waits for another one")
+        (project / "go").touch()
+        await run.log.wait_for("last")
+
+    monkeypatch.setattr(program, "PATIENCE_S", 0.0)
+    text = f"""
+programs:
+  last: {{depends_on: {{driver: ready}}, {shell("echo last; exec sleep 600")}}}
+  driver: {{ready: first, {shell("until [ -e go ]; do sleep 0.01; done; echo first; exec sleep 600")}}}
+"""
+    lines = launched(text, act).log.texts("/driver", "/last")
+    assert lines.index("waits for another one") < lines.index("first") < lines.index("last")
+
+
+def test_program_of_failed_dependency_never_starts(launched):
+    text = f"""
+programs:
+  last: {{depends_on: {{driver: ready}}, {shell("echo last")}}}
+  driver: {{ready: never said, {shell("exit 0")}}}
+"""
+    with pytest.raises(ProgramFailed, match="/last is not started: /driver has ended before it was ready"):
+        launched(text)
+
+
+def test_failed_start_of_graph_stops_programs(launched, project):
+    (project / "plugins/quick.py").write_text("""
+from busflow import Node
+
+
+class Quick(Node):
+    async def start(self) -> None:
+        raise RuntimeError("no camera")
+""")
+    text = f"""
+plugins: [plugins]
+nodes: {{quick: {{plugin: quick, depends_on: {{driver: ready}}}}}}
+programs: {{driver: {{ready: on, {shell("echo $$; echo $$ > pid; echo on; exec sleep 600")}}}}}
+"""
+    with pytest.raises(NodeFailed, match="no camera"):
+        launched(text)
+    assert ended([int((project / "pid").read_text())], 0.0)
 
 
 def test_node_of_program_that_ended_early_fails(launched):
