@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.run import complete_nodes, joined, joins, until_run_ends
-from busflow.cli.terminal.output import print_answer, print_line, print_message
+from busflow.cli.terminal.output import print_answer, print_line, print_message, require_reader
 from busflow.errors import ExitCode, NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
 
@@ -158,6 +158,7 @@ def _following(peer: Peer, listener: Listener, kept: list[Line]) -> Iterator[Lin
 
     Raises:
         RunEnded: the run has ended.
+        BrokenPipeError: nobody reads them any more.
     """
     decode = peer.type("rcl_interfaces/msg/Log").decode
     shown = {_identity(line) for line in kept}
@@ -166,6 +167,7 @@ def _following(peer: Peer, listener: Listener, kept: list[Line]) -> Iterator[Lin
         received = listener.get(_LOOK_S)
         if received is None:
             peer.require_run()
+            require_reader()
             continue
         message = decode(received.payload)
         stamp = message["stamp"]

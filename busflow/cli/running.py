@@ -108,12 +108,12 @@ class Run:
                     from busflow.recording.recorder.recorder import record_graph
 
                     record_graph(graph, self._record)
-                code = self._run(graph, for_s, loop_factory)
+                code = self._run(graph, for_s, loop_factory, report)
         except LaunchError:
             for path in made:
                 path.unlink(missing_ok=True)  # nothing ran, so there is nothing to report
             raise
-        outcome = self._group.run_report() if self._group else graph.report()
+        outcome = self._outcome(graph)
         lost = [(traced and traced.error, trace), (_written(outcome, report), report)]
         code = code or (ExitCode.FAILED if any(error for error, _ in lost) else ExitCode.OK)
         with outcome_printed():
@@ -175,9 +175,12 @@ class Run:
         attach_bridge(graph)
         return graph
 
-    def _run(self, graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:
+    def _run(self, graph: Graph, for_s: float | None, loop_factory: LoopFactory, report: Path | None) -> int:
+        def last_act(code: ExitCode) -> None:
+            _written(replace(self._outcome(graph), exit_code=code), report)
+
         try:
-            run_graph(graph, for_s=for_s, loop_factory=loop_factory)
+            run_graph(graph, for_s=for_s, loop_factory=loop_factory, last_act=last_act)
         except NodeFailed:
             _print_errors(failure.render() for failure in graph.failures)
         except (IncompleteRecording, ProgramFailed, Stray) as error:
@@ -187,6 +190,9 @@ class Run:
                 self._group.finish()
                 _print_errors(self._group.failures)
         return graph.exit_code
+
+    def _outcome(self, graph: Graph) -> Report:
+        return self._group.run_report() if self._group else graph.report()
 
 
 def _print_errors(texts: Iterable[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from contextlib import closing
 from functools import partial
 
@@ -23,8 +24,11 @@ def run_graph(
     *,
     for_s: float | None = None,
     loop_factory: LoopFactory = new_event_loop,
+    last_act: Callable[[ExitCode], object] | None = None,
 ) -> ExitCode:
     """Run a graph with signals, for a time if one is given; once it has started, its garbage is collected in steps.
+
+    A run that does not end is ended by force, after `last_act` with its exit code on another thread.
 
     Raises:
         LaunchError: the graph cannot run.
@@ -42,6 +46,7 @@ def run_graph(
         await graph.wait()
 
     guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=graph.end_s)
+    guard.last_act = last_act or guard.last_act
     with (
         guard,
         unawaited_logged(graph.log),

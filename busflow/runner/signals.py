@@ -31,6 +31,8 @@ _ENDED = 0
 """Number that is no signal's: the run itself says that it has ended."""
 _LIMITED = 255
 """Number that is no signal's: the run's time limit begins, and after it the grace."""
+_LAST_S = 1.0
+"""Time for the last act before the process is ended by force; a disk may hang."""
 CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
 """Exit codes of a run that a signal ends."""
 if hasattr(signal, "SIGHUP"):  # Windows does not have it
@@ -78,6 +80,8 @@ class SignalGuard:
         """
         self.goes_on: Callable[[], bool] = bool
         """Returns whether the run still makes progress; called on the guard's thread."""
+        self.last_act: Callable[[ExitCode], object] = lambda _code: None
+        """Called with the exit code, on another thread, before the process is ended by force."""
         self._ask_to_stop = ask_to_stop
         self._grace_s, self._around_s = grace_s, around_s
         self._before: dict[signal.Signals, Any] = {}
@@ -177,8 +181,8 @@ class SignalGuard:
                         standard_error.write(f"the run did not end within {self._grace_s:g} s{_place()}")
                         _interrupt_main_thread()
                     else:
-                        self._end(more_s)
-                        return
+                        given_s = self._grace_s + self._around_s - more_s  # less what it would have made nothing of
+                        self._end_process(f"the run did not end within {given_s:g} s")
                     continue
                 self._forward_to_loop(received)
                 if not received:
@@ -194,7 +198,7 @@ class SignalGuard:
                     self._reader.settimeout(self._grace_s)
                     asked += 1
                     if asked > (1 if self.interrupt is None else 2):
-                        _end_process(self._code, f"ended at once, at a {'second' if asked == 2 else 'third'} signal")
+                        self._end_process(f"ended at once, at a {'second' if asked == 2 else 'third'} signal")
                     if asked == 1:
                         self._code = CODES[signal.Signals(received[0])]
                         self._ask_to_stop(self._code)
@@ -205,10 +209,20 @@ class SignalGuard:
             with suppress(OSError):  # it has ended, or has more to read than it takes
                 os.write(self._loop_fd, received) if received else os.close(self._loop_fd)
 
-    def _end(self, saved_s: float) -> None:
-        """End the process; `saved_s` is what it was not given, since it would get no further."""
-        given_s = self._grace_s + self._around_s - saved_s
-        _end_process(self._code, f"the run did not end within {given_s:g} s")
+    def _end_process(self, why: str) -> None:
+        """End the process now, and print what the main thread was doing."""
+        where = _place()
+        try:
+            if hasattr(os, "set_blocking"):  # not on Windows before Python 3.12
+                os.set_blocking(standard_error.descriptor, False)  # the reader of standard error may be gone or blocked
+            standard_error.write(f"{why}{where}")
+            if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
+                [child.kill() for child in multiprocessing.active_children()]
+            last = threading.Thread(target=self.last_act, args=[self._code], daemon=True)
+            last.start()
+            last.join(_LAST_S)
+        finally:
+            os._exit(self._code)
 
 
 def _heed_nothing(_number: int, _frame: FrameType | None) -> None:
@@ -221,19 +235,6 @@ def _interrupt_main_thread() -> None:
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
     else:  # Windows
         _thread.interrupt_main()
-
-
-def _end_process(code: ExitCode, why: str) -> None:
-    """End the process now, and print what the main thread was doing."""
-    where = _place()
-    try:
-        if hasattr(os, "set_blocking"):  # not on Windows before Python 3.12
-            os.set_blocking(standard_error.descriptor, False)  # the reader of standard error may be gone or blocked
-        standard_error.write(f"{why}{where}")
-        if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
-            [child.kill() for child in multiprocessing.active_children()]
-    finally:
-        os._exit(code)
 
 
 def _place() -> str:

@@ -141,6 +141,12 @@ class Supervisor:
         """Whether it is stopped by hand, and not yet started again."""
         return self._by_hand
 
+    @property
+    def ends_at_once(self) -> bool:
+        """Whether none of the node's own code runs at its end: it runs, and has no `stop` and no tasks."""
+        has_stop = type(self.node).stop is not Node.stop
+        return self.state is NodeState.RUNNING and not has_stop and not self.runtime.life.has_spawned
+
     def statistics(self) -> NodeReport:
         """The node's line of the report."""
         return NodeReport(

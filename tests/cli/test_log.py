@@ -37,6 +37,12 @@ class TestKeptLines:
         assert answer["text"] == r"works path=\x1b[31m"
         assert answer["stamp_ns"] > 1_700_000_000 * 10**9
 
+    def test_follow_ends_with_its_reader(self):
+        command = f"{sys.executable} -m busflow log -f --node processor | head -1; echo ${{PIPESTATUS[0]}}"
+        done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)
+        assert done.stdout.splitlines()[1:] == ["0"]
+        assert done.stderr == ""
+
     def test_unknown_node_gets_the_nearest_name(self, capsys: Captured):
         assert main(["log", "--node", "procesor"]) == 4
         assert "did you mean '/processor'?" in capsys.readouterr().err

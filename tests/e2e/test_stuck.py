@@ -1,5 +1,6 @@
 """A handler that never returns, on virtual time: it is named, and Ctrl-C ends the test or the trial with its line."""
 
+import json
 import os
 import signal
 import subprocess
@@ -39,7 +40,7 @@ AT_ONCE = "import sys; from busflow.runner import stuck_handlers; stuck_handlers
 COMMANDS = {
     "pytest": "import pytest; sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', 'test_stuck.py']))",
     "busflow test": "from busflow.cli import main; sys.exit(main(['test', 'stuck.yaml']))",
-    "busflow run --sim": "from busflow.cli import main; sys.exit(main(['run', 'stuck.yaml', '--sim']))",
+    "busflow run": "from busflow.cli import main; sys.exit(main(['run', '--sim', 'stuck.yaml', '--report', 'r.json']))",
 }
 """Programs of each command; a handler is named after less than five seconds, to keep the tests short."""
 
@@ -76,3 +77,5 @@ def test_handler_without_end_is_named_and_ended(command, tmp_path):
         assert ": KeyboardInterrupt\n" in printed
     else:
         assert process.returncode == ExitCode.INTERRUPTED
+    if command == "busflow run":
+        assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == ExitCode.INTERRUPTED

@@ -19,7 +19,7 @@ PATIENCE_S = 120.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
 GRACE = "20s"
-"""What nodes have to stop, on however slow a machine: a run that is ended by force writes no report."""
+"""What nodes have to stop, on however slow a machine: a run that is ended by force fails."""
 
 PLUGINS = {
     "teller": """

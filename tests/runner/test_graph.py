@@ -2,6 +2,7 @@
 
 import asyncio
 import io
+import itertools
 import threading
 from contextlib import suppress
 from pathlib import Path
@@ -296,6 +297,20 @@ async def test_nodes_stop_in_reverse_launch_order():
     async with graph:
         pass
     assert order == ["c", "b", "a"]
+
+
+@virtual_time
+async def test_nodes_without_stop_end_together():
+    graph, _ = graph_of(*(Node(name=f"node{number}") for number in range(100)))
+    loop, turns = asyncio.get_running_loop(), itertools.count()
+
+    def turn() -> None:
+        next(turns)
+        loop.call_soon(turn)
+
+    async with graph:
+        turn()
+    assert next(turns) < 20, "as many turns of the loop as nodes, each of which takes long where they are busy"
 
 
 @virtual_time

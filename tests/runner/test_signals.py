@@ -93,6 +93,27 @@ def test_a_second_signal_ends_the_process():
     assert (code, text) == (ExitCode.TERMINATED, "busflow: ended at once, at a second signal\n")
 
 
+def test_the_last_act_precedes_an_end_by_force():
+    assert ended("""
+        guard = SignalGuard(lambda code: None, grace_s=0.01)
+        guard.last_act = lambda code: sys.stderr.write(f"last: {code!r}")
+        with guard:
+            os.kill(os.getpid(), signal.SIGTERM)
+            stuck()
+    """) == (ExitCode.TERMINATED, f"busflow: the run did not end within 0.01 s\nlast: {ExitCode.TERMINATED!r}")
+
+
+def test_a_last_act_that_hangs_keeps_nothing():
+    code, _ = ended("""
+        guard = SignalGuard(lambda code: None, grace_s=0.01)
+        guard.last_act = lambda code: stuck()
+        with guard:
+            os.kill(os.getpid(), signal.SIGTERM)
+            stuck()
+    """)
+    assert code == ExitCode.TERMINATED
+
+
 def test_a_time_limit_ends_with_the_grace():
     code, text = ended("""
         with SignalGuard(lambda code: None, grace_s=0.01) as guard:

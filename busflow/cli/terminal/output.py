@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import select
 import sys
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
@@ -51,6 +52,19 @@ def outcome_printed() -> Generator[None]:
 def discard_output() -> None:
     """Discard what is still printed: the interpreter flushes once more when it exits, and must not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
+def require_reader() -> None:
+    """Check that what is printed still has a reader, for a command that prints seldom: `busflow log -f | head -1`.
+
+    Raises:
+        BrokenPipeError: it has none.
+    """
+    if hasattr(select, "poll"):  # not on Windows
+        output = select.poll()
+        output.register(1, 0)
+        if any(event & select.POLLERR for _, event in output.poll(0)):
+            raise BrokenPipeError
 
 
 def print_problems(problems: Iterable[Problem], *, error_stream: bool = False) -> None:

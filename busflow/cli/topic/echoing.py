@@ -12,7 +12,7 @@ import click
 from busflow.bus.names import check_full_topic_name
 from busflow.cli.options.run import full_type, until_run_ends
 from busflow.cli.terminal.field_paths import Absent
-from busflow.cli.terminal.output import print_message
+from busflow.cli.terminal.output import print_message, require_reader
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InvalidInput, MalformedMessage, NoSuchTarget, Problem
 from busflow.text import counted, did_you_mean, printable
@@ -108,6 +108,7 @@ class Echo:
             received = listener.get(min(_CHECK_S, left_s))
             if received is None:
                 self._peer.require_run()
+                require_reader()
         return received
 
     def _remaining_s(self, printed_at: int, timeout_s: float | None) -> float:
