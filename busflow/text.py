@@ -93,7 +93,7 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
 
 
 def _alike(one: list[str], two: list[str]) -> bool:
-    """Whether two names are alike in the parts that differ: a common namespace alone makes them no more so."""
+    """Return whether two names are alike in the parts that differ: a common namespace alone makes them no more so."""
     while one and two and one[0] == two[0]:
         one, two = one[1:], two[1:]
     while one and two and one[-1] == two[-1]:

@@ -26,7 +26,7 @@ SENSORS = (
 
 
 def mujoco() -> Any:
-    """The physics engine, imported when the first body is made: that takes a third of a second. It has no types."""
+    """Return the physics engine, imported for the first body: that takes a third of a second. It has no types."""
     try:
         return import_module("mujoco")
     except ModuleNotFoundError as error:
@@ -165,7 +165,7 @@ class Body:
         return self.data.qpos[:7].tolist()
 
     def felt(self, sensor: str) -> list[float]:
-        """The reading of one of `SENSORS`, in the sensor's own frame."""
+        """Return the reading of one of `SENSORS`, in the sensor's own frame."""
         return self.sensors[sensor].tolist()
 
 

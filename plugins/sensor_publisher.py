@@ -75,7 +75,7 @@ class SensorPublisher(Node):
         return Trigger.Response(success=True, message=f"began anew after {lived_s:g} s")
 
     def seconds(self) -> float:
-        """The simulation's time, exact to the nanosecond, so that a reset repeats the same numbers exactly."""
+        """Return the simulation's time, exact to the nanosecond, so that a reset repeats the same numbers exactly."""
         return round(self.clock.seconds() - self.began_s, 9)
 
     @timer(hz="rate_hz")

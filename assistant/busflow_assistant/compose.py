@@ -47,7 +47,7 @@ def composed(
 def _groups(
     question: AskedQuestion, index: SearchIndex, ranked: Sequence[Ranked], scope: Container[int]
 ) -> Iterator[tuple[Ranked, Sequence[Citable]]]:
-    """The units of each citation that there may be, the best first."""
+    """Yield the units of each citation that there may be, the best first."""
     best = ranked[0]
     if AnswerKind.LIST in question.wanted and best.unit.passage.shape is PassageShape.CODE:
         lines = alike(best, question, ranked)
@@ -61,7 +61,7 @@ def _groups(
 
 
 def _led_to(index: SearchIndex, units: list[Citable], scope: Container[int]) -> list[Citable]:
-    """A list with the sentence that leads to it."""
+    """Return a list with the sentence that leads to it."""
     before = units[0].number - 1
     if before in scope and index.units[before].text.endswith(":") and index.units[before].page is units[0].page:
         return [index.units[before], *units]
@@ -87,7 +87,7 @@ def _leads_on(
 
 
 def _below(index: SearchIndex, item: Citable, scope: Container[int]) -> list[Citable]:
-    """The items below one that leads to them."""
+    """Return the items below one that leads to them."""
     if item.passage.shape is not PassageShape.LIST or not item.text.endswith(":"):
         return []
     after = (unit for unit in units_of(index, item, scope) if unit.number > item.number)
@@ -98,7 +98,7 @@ def _below(index: SearchIndex, item: Citable, scope: Container[int]) -> list[Cit
 def _with_neighbours(
     unit: Citable, question: AskedQuestion, index: SearchIndex, scope: Container[int]
 ) -> list[Citable]:
-    """A sentence with the one before that it refers to, and with those beside it as long as all are few words."""
+    """Return a sentence with the one before that it refers to, and those beside it as long as all are few words."""
     if unit.passage.shape is PassageShape.CODE:
         return [unit, *body(index, unit, command=AnswerKind.METHOD not in question.wanted)]
     group = [unit]
@@ -120,7 +120,7 @@ def _few(group: Sequence[Citable]) -> bool:
 
 
 def _goes_on(index: SearchIndex, one: int, two: int) -> bool:
-    """True if two units are sentences of one paragraph or item."""
+    """Return whether two units are sentences of one paragraph or item."""
     if not 0 <= one < two < len(index.units):
         return False
     first, second = index.units[one], index.units[two]

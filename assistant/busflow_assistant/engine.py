@@ -73,7 +73,7 @@ class Engine:
         return whole or refusal(Reason.ORDER, asked, grounds.index, grounds.scope, ())
 
     def _fault(self, asked: AskedQuestion, selection: str, page: str) -> Reason | None:
-        """The reason why there is nothing to look for, or nowhere to look."""
+        """Return the reason why there is nothing to look for, or nowhere to look."""
         if not asked.text.strip():
             return Reason.NO_QUESTION
         if page and page not in self._by_page and not selection:
@@ -95,7 +95,7 @@ class Engine:
 
 
 def _inside(index: SearchIndex, chosen: Extent) -> frozenset[int]:
-    """The units that are selected, at least by half or by some words."""
+    """Return the units that are selected, at least by half or by some words."""
     common = ((unit, unit.span.common(chosen)) for unit in index.units)
     return frozenset(unit.number for unit, size in common if size >= min(len(unit.span) / 2, SOME))
 
@@ -122,7 +122,7 @@ def _cited(
     grounds: Grounds,
     scope: range | frozenset[int],
 ) -> tuple[list[Ranked], tuple[Citation, ...]]:
-    """The units of a scope, best first, and the citations of an answer if they have one."""
+    """Return the units of a scope, best first, and the citations of an answer if they have one."""
     index = grounds.index
     ranked = rank(asked, matched, index, scope)
     if grounds.reorder is not None:

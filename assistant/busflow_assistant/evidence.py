@@ -119,7 +119,7 @@ def lacks(question: AskedQuestion, unit: Citable) -> AnswerKind | None:
 
 
 def _required(question: AskedQuestion) -> Iterator[AnswerKind]:
-    """The kinds that an answer has to have; how much memory is an amount, and no count."""
+    """Return the kinds that an answer has to have; how much memory is an amount, and no count."""
     wanted = question.wanted - ({AnswerKind.COUNT} if AnswerKind.AMOUNT in question.wanted else set())
     return (kind for kind in _REQUIRED if kind in wanted)
 
@@ -211,7 +211,7 @@ def acts(question: AskedQuestion, unit: Citable) -> bool:
 
 
 def _topical(question: AskedQuestion) -> frozenset[str]:
-    """The stems of the words that say what a question is about."""
+    """Return the stems of the words that say what a question is about."""
     return frozenset(one for term in question.terms if term.weight >= GENERAL + 0.1 for one in term.stems)
 
 

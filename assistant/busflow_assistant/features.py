@@ -177,11 +177,11 @@ class Compared:
         )
 
     def _share(self, values: Sequence[float]) -> float:
-        """The share of the question, from a value from 0 to 1 for each of its terms."""
+        """Return the share of the question, from a value from 0 to 1 for each of its terms."""
         return sum(map(mul, self._sought.weights, values))
 
     def _added(self, values: Sequence[float]) -> float:
-        """The share that something around the unit has, and the unit has not."""
+        """Return the share that something around the unit has, and the unit has not."""
         return self._share([(1 - own) * value for own, value in zip(self._own, values, strict=True)])
 
     def _literal(self) -> float:

@@ -88,7 +88,7 @@ class _Reader:
         return Passage(shape, span, units, tuple(text for _, text in self._headings)) if units else None
 
     def _items(self, inside: Sequence[Token]) -> Iterator[Extent]:
-        """The sentences of each paragraph in a list, and the lines of code in it."""
+        """Yield the sentences of each paragraph in a list, and the lines of code in it."""
         for token in inside:
             span = stripped(self._source, self._span(token)) if token.map else Extent(0, 0)
             if token.type == "paragraph_open":
@@ -97,7 +97,7 @@ class _Reader:
                 yield from self._code(span)
 
     def _rows(self, span: Extent) -> Iterator[Extent]:
-        """The rows of a table but the line below its head."""
+        """Yield the rows of a table but the line below its head."""
         for line in self._lines_of(span):
             if not _RULE.fullmatch(self._source, line.start, line.end):
                 yield line
@@ -116,7 +116,7 @@ class _Reader:
                 yield line
 
     def _without_marker(self, span: Extent) -> Extent:
-        """A paragraph without the bullet, number or quotation mark before it."""
+        """Return a paragraph without the bullet, number or quotation mark before it."""
         while marker := _MARKER.match(self._source, span.start, span.end):
             span = Extent(marker.end(), span.end)
         return span
@@ -127,7 +127,7 @@ class _Reader:
 
 
 def _end_of(tokens: Sequence[Token], at: int) -> int:
-    """The index behind a block and all in it."""
+    """Return the index behind a block and all in it."""
     if tokens[at].nesting != 1:
         return at + 1
     level = tokens[at].level

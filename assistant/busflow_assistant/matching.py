@@ -83,7 +83,7 @@ def _synonym_stems() -> Mapping[str, frozenset[str]]:
 
 
 def _related(one: str, other: str) -> bool:
-    """True if two stems are of one family: `communic` and `communicat`, `processor` and `process`."""
+    """Return whether two stems are of one family: `communic` and `communicat`, `processor` and `process`."""
     shorter, longer = sorted((one, other), key=len)
     return (
         len(shorter) >= 5 and longer.startswith(shorter[: max(5, len(shorter) - 1)]) and len(longer) - len(shorter) <= 4
@@ -91,14 +91,14 @@ def _related(one: str, other: str) -> bool:
 
 
 def _compounds(term: Term, index: SearchIndex) -> Iterator[str]:
-    """The terms of the index that end with a term or begin with it: `cpython` has `python`."""
+    """Yield the terms of the index that end with a term or begin with it: `cpython` has `python`."""
     one = term.stems[0]
     if len(one) >= 5 and not term.literal:
         yield from (other for other in index.postings if other.endswith(one) or other.startswith(one))
 
 
 def _slip(term: Term, index: SearchIndex) -> str | None:
-    """The term of the index that was meant by a mistyped one."""
+    """Return the term of the index that was meant by a mistyped one."""
     one = term.stems[0]
     allowed = 0 if len(one) < 6 or term.literal or not one.isalpha() else 1 if len(one) < 9 else 2
     if not allowed:

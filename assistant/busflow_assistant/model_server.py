@@ -100,7 +100,7 @@ def _messages(question: str, excerpts: Sequence[str]) -> list[dict[str, str]]:
 
 
 async def _pieces(response: httpx.Response, host: str) -> AsyncIterator[str]:
-    """The text in a stream of events."""
+    """Yield the text in a stream of events."""
     kept = b""
     size = 0
     async for data in response.aiter_bytes():

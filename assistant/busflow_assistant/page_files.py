@@ -87,7 +87,7 @@ def _text(path: Path, most: int) -> str | _Fault:
 
 
 def _files(places: Iterable[str]) -> Iterator[tuple[str, Path]]:
-    """Each page's name and file: of a folder the path in it, of a file its own name."""
+    """Yield each page's name and file: of a folder the path in it, of a file its own name."""
     for place in places:
         path = Path(place)
         if not path.is_dir():

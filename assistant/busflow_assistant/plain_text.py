@@ -86,5 +86,5 @@ def _shape(line: str, *, in_code: bool) -> PassageShape:
 
 
 def _is_prose(line: str) -> bool:
-    """True for a line that ends as a sentence does and has several plain words."""
+    """Return whether a line ends as a sentence does and has several plain words."""
     return bool(_PROSE.match(line)) and len(re.findall(r"\b[a-z]+\b", line)) >= 4 and not line.rstrip().endswith("):")

@@ -114,13 +114,13 @@ def _terms(text: str) -> list[Term]:
 
 
 def _acts(before: str, term: Term) -> bool:
-    """True for a verb or adverb, as far as the word before it shows; a page often has another one for the same."""
+    """Return whether a word is a verb or adverb, by the word before it; a page often has another one for the same."""
     passive = before in _IS and term.word.endswith("ed")
     return not term.literal and (before in _SUBJECTS or passive or (term.word.endswith("ly") and len(term.word) > 4))
 
 
 def _written(text: str) -> Iterator[str]:
-    """The words as they are written, each with what makes it an identifier: `--for`, `@timer(1.0)`."""
+    """Yield the words as they are written, each with what makes it an identifier: `--for`, `@timer(1.0)`."""
     for chunk in text.split():
         bare = chunk.strip(".,;:!?¿¡\"'“”‘’()[]{}…")
         code = bool(_CODE.search(bare))
@@ -151,7 +151,7 @@ _GENERAL_STEMS = frozenset(map(stem, general_words()))
 
 
 def _language_of(text: str) -> str:
-    """The language that has most of the function words; English where nothing speaks for another one."""
+    """Return the language that has most of the function words; English where nothing speaks for another one."""
     found = [word.casefold() for word in raw_words(text)]
     english = sum(word in stop_words() for word in found)
     counts = {name: sum(word in language(name).stop_words for word in found) for name in LANGUAGES}
@@ -183,7 +183,7 @@ def _translated(text: str, known: Language) -> tuple[str, list[Term]]:
 
 
 def _glossed(phrase: tuple[str, ...], gloss: str) -> list[Term]:
-    """One term for a word with its translations, any of which may be in the text."""
+    """Return one term for a word with its translations, any of which may be in the text."""
     words = [word for word in gloss.split() if word not in stop_words()]
     if not words:
         return []

@@ -52,7 +52,7 @@ def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Container[
 
 
 def _beside(numbers: Sequence[int], index: SearchIndex, scope: Container[int]) -> Iterator[int]:
-    """The units beside others in one passage: a sentence that goes on need not have the topic's words again."""
+    """Yield the units beside others in one passage: a sentence that goes on need not have the topic's words again."""
     seen = set(numbers)
     for number in numbers:
         passage = index.units[number].passage
@@ -84,7 +84,7 @@ def answers(
 
 
 def _wholes(index: SearchIndex, numbers: Iterable[int], scope: Container[int]) -> Iterator[Citable]:
-    """The lists and tables of some units as wholes, as far as they are in the scope."""
+    """Yield the lists and tables of some units as wholes, as far as they are in the scope."""
     passages = {id(index.units[number].passage): index.units[number] for number in numbers}
     for unit in passages.values():
         units = units_of(index, unit, scope)
@@ -110,7 +110,7 @@ def _ranked(sought: Sought, unit: Citable) -> Ranked:
 
 
 def _without_repeats(found: Iterable[Ranked]) -> list[Ranked]:
-    """One of the lines of code or output that differ only in numbers: the first, which is the usual case."""
+    """Return one of the lines of code or output that differ only in numbers: the first, which is the usual case."""
     kept: dict[object, Ranked] = {}
     for each in sorted(found, key=lambda each: each.unit.number):
         words = frozenset(term for term in each.unit.own if not term[0].isdigit())

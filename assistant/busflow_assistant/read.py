@@ -110,7 +110,7 @@ def names(
 
 
 def _restricts(each: Matched, kind: str) -> bool:
-    """True if a word of the question says which of the names are asked for."""
+    """Return whether a word of the question says which of the names are asked for."""
     if kind in each.term.stems or _ABOUT_ALL & set(each.term.stems):
         return False
     return each.term.weight >= 0.6 and any(quality >= 0.8 for quality in each.variants.values())
@@ -123,7 +123,7 @@ def _named(kind: str, text: str) -> Iterator[str]:
 
 
 def _fewest(blocks: list[list[tuple[Citable, frozenset[str]]]]) -> Iterator[tuple[Citable, ...]]:
-    """The fewest blocks that have every name, that with most first; of one as rich the one with fewest other lines."""
+    """Yield the fewest blocks that have every name: that with most first; of equals, that with fewest other lines."""
     missing = frozenset(name for block in blocks for _, named in block for name in named)
     for _ in range(4):
         if not missing:
@@ -135,7 +135,7 @@ def _fewest(blocks: list[list[tuple[Citable, frozenset[str]]]]) -> Iterator[tupl
 
 
 def _first_lines(block: Sequence[tuple[Citable, frozenset[str]]], wanted: frozenset[str]) -> Iterator[Citable]:
-    """The first line of each name."""
+    """Yield the first line of each name."""
     for unit, named in block:
         if named & wanted:
             yield unit

@@ -82,7 +82,7 @@ def _is_topic(each: Matched) -> bool:
 
 
 def _counts(question: AskedQuestion, matched: Sequence[Matched], best: Ranked) -> bool:
-    """True if a number of the unit is one of what was asked for, as far as its place shows."""
+    """Return whether a number of the unit is one of what was asked for, as far as its place shows."""
     if any(each.term.literal and each.best(best.unit.own) for each in matched) or valued(question, best.unit):
         return True
     topical = frozenset(variant for each in matched if _is_topic(each) for variant in each.variants)
@@ -90,7 +90,7 @@ def _counts(question: AskedQuestion, matched: Sequence[Matched], best: Ranked) -
 
 
 def _topics(index: SearchIndex, scope: Iterable[int], ranked: Sequence[Ranked]) -> Iterator[str]:
-    """The headings nearest to the question, then the first ones of the text."""
+    """Yield the headings nearest to the question, then the first ones of the text."""
     near = [each.unit for each in ranked[:_TOPICS] if each.support >= NEARBY]
     units = [*near, *(index.units[number] for number in scope)]
     seen: set[str] = set()
@@ -105,7 +105,7 @@ def _topics(index: SearchIndex, scope: Iterable[int], ranked: Sequence[Ranked]) 
 
 
 def _joined(topics: Sequence[str]) -> str:
-    """A sentence's list.
+    """Return a sentence's list.
 
     >>> _joined(["a"]), _joined(["a", "b", "c"])
     ('a', 'a, b and c')

@@ -151,7 +151,7 @@ def runs_of(text: str) -> Iterator[str]:
 
 
 def _kinds(text: str) -> Iterator[str]:
-    """The terms of what the names of a text are."""
+    """Return the terms of what the names of a text are."""
     return (stem(word) for form, words in _KINDS if form.search(text) for word in words)
 
 
@@ -168,7 +168,7 @@ def _around(own: Sequence[Counter[str]], position: int, passage: Passage, page: 
 
 
 def _holders(passage: Passage, position: int, page: Page) -> Iterator[int]:
-    """The lines that a line of code belongs to: those before it with less indentation, the command or class above."""
+    """Yield the lines that a line of code belongs to: less indented ones before it, the command or class above."""
     if passage.shape is not PassageShape.CODE:
         return
     indent = _column(page, passage.units[position])

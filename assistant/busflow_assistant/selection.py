@@ -58,7 +58,7 @@ def locate(selection: str, source: str, *, known: bool = False) -> Extent | None
 
 @lru_cache(maxsize=32)
 def _words(source: str) -> list[tuple[str, Extent]]:
-    """The words of a source as a reader sees it: without the targets of links."""
+    """Return the words of a source as a reader sees it: without the targets of links."""
     shown = _LINK.sub(lambda match: " " * len(match[0]), source)
     return [(match[0].casefold(), Extent(*match.span())) for match in _WORD.finditer(shown)]
 
@@ -73,7 +73,7 @@ def _places(source: str, run: int) -> dict[tuple[str, ...], list[int]]:
 
 
 def _densest(hits: Sequence[int], length: int) -> Sequence[int]:
-    """The hits within the window, about as long as the selection, that has most of them."""
+    """Return the hits within the window, about as long as the selection, that has most of them."""
     best: Sequence[int] = ()
     for index, start in enumerate(hits):
         inside = hits[index : bisect_left(hits, start + length)]
@@ -92,7 +92,7 @@ def _longest(hits: Sequence[int]) -> int:
 
 
 def _grown(first: int, last: int, words: Sequence[str], page: Sequence[str]) -> tuple[int, int]:
-    """The window with the words at its ends that are the selection's, too few for a run of their own."""
+    """Return the window with the words at its ends that are the selection's, too few for a run of their own."""
     missing = len(words) - (last - first + 1)
     for _ in range(min(_RUN, max(0, missing))):
         if first and page[first - 1] == words[0]:

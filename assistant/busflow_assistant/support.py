@@ -83,7 +83,7 @@ def unsupported(sentence: str, text: str) -> Unsupported | None:
 
 
 def _numbers(text: str) -> frozenset[tuple[str, str]]:
-    """Each number with its unit, and by itself where the unit is none."""
+    """Return each number with its unit, and by itself where the unit is none."""
     found: set[tuple[str, str]] = set()
     for number, word in _NUMBER.findall(text):
         value = _NUMBERS.get(number.casefold()) or number.replace(",", "")
@@ -112,7 +112,7 @@ def _content(sentence: str) -> Iterator[str]:
 
 
 def _nearest(content: list[str], text: str) -> str:
-    """The sentence of the text that has most of some words."""
+    """Return the sentence of the text that has most of some words."""
     found = [text[each.start : each.end] for each in sentences(text, Extent(0, len(text)))] or [text]
     wanted = frozenset(map(stem, content))
     return max(found, key=lambda each: len(wanted & frozenset(terms(each))))

@@ -40,7 +40,7 @@ class ActionDeclaration(ComposedDeclaration[ActionServer[A]], Generic[A]):
     def __init__(
         self, function: Callable[..., Any], action_type: type[ActionType], name: str, options: ServerOptions
     ) -> None:
-        """The declaration that `@action(…)` makes of a method.
+        """Create the declaration that `@action(…)` makes of a method.
 
         Raises:
             InvalidDeclaration: the method is no `async def`, or does not take a goal.
@@ -80,7 +80,7 @@ class ActionDeclaration(ComposedDeclaration[ActionServer[A]], Generic[A]):
         return function
 
     def renewed(self, function: Callable[..., Any]) -> ActionDeclaration[A]:
-        """The same declaration for the method of a subclass that overrides this one."""
+        """Return the same declaration for the method of a subclass that overrides this one."""
         made = ActionDeclaration[A](function, self.type, self.action, self.options)
         made._accepts = self._accepts  # its own class
         return made

@@ -99,7 +99,7 @@ def _compiled(pattern: str) -> re.Pattern[str]:
 
 
 def _within(pattern: str, *, last: bool = False) -> str:
-    """The expression for a part of a pattern without `**`, which is tried from each place of a name once."""
+    """Return the expression for a part of a pattern without `**`, which is tried from each place of a name once."""
     first, *others = map(re.escape, pattern.split("*"))
     final = f"[^/]*{others.pop()}" if others and last else ""
     return first + "".join(f"(?>[^/]*?{each})" for each in others) + final

@@ -273,7 +273,7 @@ def exact_period(period_s: float | None, hz: float | None, name: str) -> Fractio
 
 
 def checked_period(period_s: float | Fraction, name: str) -> Fraction:
-    """The period as the decimal number it was written as: 0.1 means a tenth, not the nearest binary fraction.
+    """Return the period as the decimal number it was written as: 0.1 means a tenth, not the nearest binary fraction.
 
     Raises:
         InvalidDeclaration: no timer can have that period.

@@ -58,7 +58,7 @@ an empty command for any.
 
 
 def instead_of_verb(name: str, group: str = "") -> str | None:
-    """What to write instead of a command that busflow does not have, of its own or below another one.
+    """Return what to write instead of a command that busflow does not have, of its own or below another one.
 
     >>> instead_of_verb("launch"), instead_of_verb("reindex", "bag")
     ('write busflow run FILE', 'write busflow bag recover')
@@ -67,7 +67,7 @@ def instead_of_verb(name: str, group: str = "") -> str | None:
 
 
 def instead_of_option(command: str | None, option: str) -> str | None:
-    """What to write instead of an option of ROS 2.
+    """Return what to write instead of an option of ROS 2.
 
     >>> instead_of_option("play", "--start-offset")
     'write --start 3s'

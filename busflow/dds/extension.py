@@ -51,7 +51,7 @@ class BridgeProcess(Extension):
         require_cyclonedds()
 
     def surround(self) -> AbstractAsyncContextManager[object]:
-        """The life of the bridge's process."""
+        """Return the life of the bridge's process."""
         return self._living()
 
     def on_message(self, message: Mapping[str, Any]) -> None:

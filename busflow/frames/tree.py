@@ -149,7 +149,7 @@ class FrameTree:
         return sorted({edge.parent for edge in self.edges.values()} - self.edges.keys())
 
     def root(self, frame: str) -> str:
-        """The last frame above a frame."""
+        """Return the last frame above a frame."""
         while (edge := self.edges.get(frame)) is not None:
             frame = edge.parent
         return frame

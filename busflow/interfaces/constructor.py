@@ -125,7 +125,7 @@ def _defaults(fields: Sequence[FieldType], give: Callable[[Any], str]) -> dict[s
 
 
 def _arguments(defaults: Mapping[str, str]) -> str:
-    """Arguments with their defaults and a comma after each."""
+    """Return the arguments with their defaults and a comma after each."""
     return "".join(f"{each}={default}, " for each, default in defaults.items())
 
 

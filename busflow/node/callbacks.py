@@ -93,7 +93,7 @@ class EventHandler:
         return self._life.name
 
     def wants(self, topic: str, kind: type[Event]) -> bool:
-        """True if it listens for this kind of event of a topic."""
+        """Return whether it listens for this kind of event of a topic."""
         return self.topic == topic and issubclass(kind, self._event_type)
 
     def notify(self, event: Event) -> None:

@@ -57,7 +57,7 @@ class Declaration:
         """Keep what annotations name of the class's surroundings; `frame` is that of the class statement."""
 
     def renewed(self, function: FunctionType) -> Declaration | None:  # noqa: ARG002  # for those that override it
-        """The declaration of a subclass's method that overrides this one without a decorator; None if it ends there."""
+        """Return the declaration of a method that overrides this one without a decorator; None if it ends there."""
         return None
 
 
@@ -142,7 +142,7 @@ class TimerDeclaration(EndpointDeclaration[Timer]):
         self._hz = hz
 
     def renewed(self, function: FunctionType) -> TimerDeclaration:
-        """The same timer for the method of a subclass that overrides this one."""
+        """Return the same timer for the method of a subclass that overrides this one."""
         return TimerDeclaration(function, self._period_s, self._hz, self.missed)
 
     @property
@@ -152,7 +152,7 @@ class TimerDeclaration(EndpointDeclaration[Timer]):
         return given if isinstance(given, str) else None
 
     def period(self, parameters: object) -> Fraction:
-        """Seconds between ticks under these parameters; 0 is off.
+        """Return the seconds between ticks under these parameters; 0 is off.
 
         Raises:
             InvalidDeclaration: it names a parameter that does not exist or is no number.
@@ -195,7 +195,7 @@ class ParametersDeclaration(Declaration):
         self.written: tuple[str, int] | None = (frame.f_code.co_filename, frame.f_lineno)
 
     def parameters_class(self, module: str) -> type[Parameters]:
-        """The class that the annotation names.
+        """Return the class that the annotation names.
 
         Raises:
             InvalidDeclaration: it cannot be resolved, or is no `Parameters` class.
@@ -258,7 +258,7 @@ def _is_period(given: object) -> bool:
 
 
 def checked_name(name: Any, what: str, kind: str) -> str:
-    """The name of a topic, if it is a text.
+    """Return the name of a topic, if it is a text.
 
     Raises:
         InvalidDeclaration: it is anything else.
@@ -269,7 +269,7 @@ def checked_name(name: Any, what: str, kind: str) -> str:
 
 
 def checked_type(message_type: Any, origin: str) -> Any:
-    """The type, if it is one of messages.
+    """Return the type, if it is one of messages.
 
     Raises:
         InvalidDeclaration: it is anything else.
@@ -282,7 +282,7 @@ def checked_type(message_type: Any, origin: str) -> Any:
 
 
 def checked_service_type(service_type: Any, origin: str) -> type[ServiceType]:
-    """The type, if it is one of services.
+    """Return the type, if it is one of services.
 
     Raises:
         InvalidDeclaration: it is anything else.

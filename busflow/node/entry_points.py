@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def entry_points(group: str) -> Iterable[EntryPoint]:
-    """The entry points of a group; importlib.metadata takes 30 ms to import, and is asked only if it may know some."""
+    """Return the entry points of a group; importlib.metadata, 30 ms to import, is asked only if it may know some."""
     others = any(hasattr(finder, "find_distributions") for finder in sys.meta_path if finder is not PathFinder)
     if not others and not any(_may_offer(group, entry or ".") for entry in sys.path):
         return ()
@@ -24,7 +24,7 @@ def entry_points(group: str) -> Iterable[EntryPoint]:
 
 
 def source_of(module: str) -> Path | None:
-    """The file of a module, from folder to folder: `importlib.util.find_spec` would import its parents."""
+    """Return the file of a module, from folder to folder: `importlib.util.find_spec` would import its parents."""
     from pathlib import Path
 
     spec, search = None, None
@@ -36,7 +36,7 @@ def source_of(module: str) -> Path | None:
 
 
 def _may_offer(group: str, entry: str) -> bool:
-    """True if an entry of `sys.path` holds metadata that mentions the group, or is nothing to look into here."""
+    """Return whether an entry of `sys.path` holds metadata that mentions the group, or is nothing to look into here."""
     try:
         with os.scandir(entry) as found:
             folders = [each.path for each in found if each.name.endswith((".dist-info", ".egg-info"))]

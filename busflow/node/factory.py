@@ -18,12 +18,12 @@ class NodeFactory:
     """Builds nodes of one class, under one name."""
 
     def __init__(self, node_class: type[Node], name: str | None = None) -> None:
-        """A factory of nodes; without a name they have that of their class."""
+        """Create a factory of nodes; without a name they have that of their class."""
         self.node_class = node_class
         self.name: str = default_name(node_class) if name is None else name
 
     def parameters(self, values: Mapping[str, object]) -> Parameters:
-        """The class's parameters with these values.
+        """Return the class's parameters with these values.
 
         Raises:
             InvalidParameter: with every reason why they cannot be.
@@ -32,7 +32,7 @@ class NodeFactory:
         return validate(parameters_class(self.node_class), values)
 
     def build(self, parameters: Parameters) -> Node:
-        """A node that is part of no graph yet; the class's own code runs, and may raise anything."""
+        """Return a node that is part of no graph yet; the class's own code runs, and may raise anything."""
         return self.node_class(parameters, name=self.name)
 
 

@@ -79,7 +79,7 @@ class Handler(Declaration, Generic[P, R]):
         roles: tuple[Role, ...],
         above: Handler[..., Any] | None = None,
     ) -> None:
-        """The handler that a decorator makes of a method, or that overrides the one `above` without a decorator."""
+        """Create the handler of a decorated method, or of one that overrides `above` without a decorator."""
         if isinstance(function, Declaration):
             raise InvalidDeclaration("@timer stands alone: give the timer and the handler methods of their own")
         if len(roles) > 1 and ParametersRole() in roles:
@@ -98,7 +98,7 @@ class Handler(Declaration, Generic[P, R]):
         self._surroundings: Mapping[str, Any] = {}
 
     def renewed(self, function: FunctionType) -> Handler[..., Any]:
-        """The handler of a subclass's method that overrides this one without a decorator."""
+        """Return the handler of a subclass's method that overrides this one without a decorator."""
         return Handler(function, self.roles, self)
 
     @overload
@@ -116,7 +116,7 @@ class Handler(Declaration, Generic[P, R]):
         self._surroundings = names_used(" ".join(each for each in annotations if isinstance(each, str)), frame)
 
     def message_type(self) -> type[Message]:
-        """The type of message that the handler's annotation states, the only place that does.
+        """Return the type of message that the handler's annotation states, the only place that does.
 
         Raises:
             InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no message.
@@ -124,7 +124,7 @@ class Handler(Declaration, Generic[P, R]):
         return checked_type(self.annotated("message: Imu"), self.origin)
 
     def event_type(self) -> type[Event]:
-        """The kind of event that the handler's annotation states.
+        """Return the kind of event that the handler's annotation states.
 
         Raises:
             InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no event.
@@ -137,7 +137,7 @@ class Handler(Declaration, Generic[P, R]):
         return found
 
     def annotated(self, example: str) -> Any:
-        """The type in the handler's annotation, or in that of the method it overrides."""
+        """Return the type in the handler's annotation, or in that of the method it overrides."""
         annotation = message_annotation(self.function)
         if annotation is None and self._above is not None:
             return self._above.annotated(example)
@@ -284,7 +284,7 @@ def _return_annotation(function: Callable[..., Any]) -> Any:
 
 
 def declarations_of(node_class: type) -> dict[str, Declaration]:
-    """The declarations of a class and its bases, by attribute, in the order they were first written."""
+    """Return the declarations of a class and its bases, by attribute, in the order they were first written."""
     found: dict[str, Declaration] = {}
     for owner in reversed(node_class.__mro__):
         for name, value in vars(owner).items():

@@ -103,7 +103,7 @@ class Node(_RclpyNames):
     _runtime: NodeRuntime
 
     def __init__(self, parameters: Parameters | None = None, /, *, name: str | None = None, **values: Any) -> None:
-        """A node that is not part of a graph yet.
+        """Create a node that is not part of a graph yet.
 
         Raises:
             InvalidParameter: a parameter is unknown, of the wrong type or out of range.
@@ -190,7 +190,7 @@ class Node(_RclpyNames):
         """Open what the node needs; messages wait until this returns."""
 
     async def run(self) -> None:
-        """The node's own loop, beside its handlers and timers; it may return, and is cancelled when the node stops."""
+        """Run the node's own loop, beside handlers and timers; it may return, and is cancelled when the node stops."""
 
     async def stop(self) -> None:
         """Close what `start` opened; called also when `start` failed half-way."""
@@ -285,7 +285,7 @@ _RESERVED = frozenset(
 
 
 def default_name(node_class: type) -> str:
-    """The name of a node that was given none.
+    """Return the name of a node that was given none.
 
     >>> default_name(type("IMUPublisher2", (), {}))
     'imu_publisher2'
@@ -295,7 +295,7 @@ def default_name(node_class: type) -> str:
 
 
 def parameters_class(node_class: type[Node]) -> type[Parameters]:
-    """The class of a node's parameters: what its `parameters` annotation names.
+    """Return the class of a node's parameters: what its `parameters` annotation names.
 
     Raises:
         InvalidDeclaration: the annotation cannot be resolved, or is no `Parameters` class.
@@ -308,7 +308,7 @@ def parameters_class(node_class: type[Node]) -> type[Parameters]:
 
 
 def runtime_of(node: Node) -> NodeRuntime:
-    """The runtime behind a node's private name, for the code that runs nodes.
+    """Return the runtime behind a node's private name, for the code that runs nodes.
 
     Raises:
         InvalidDeclaration: the node's class has an `__init__` that leaves Node's own out.

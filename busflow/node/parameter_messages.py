@@ -53,7 +53,7 @@ _TYPES = {
 
 
 def type_of(value: object, info: ParameterInfo | None = None) -> int:
-    """The constant of `ParameterType` for a plain value; `info` decides the type of an empty list.
+    """Return the constant of `ParameterType` for a plain value; `info` decides the type of an empty list.
 
     What ROS 2 has no type for, a mapping or a list of unlike things, is a string that holds JSON.
     """
@@ -85,7 +85,7 @@ def _type_of_items(types: set[type], items: list[Any]) -> int:
 
 
 def value_message(value: object, info: ParameterInfo | None = None) -> ParameterValue:
-    """A plain value as ROS 2 sends it.
+    """Return a plain value as ROS 2 sends it.
 
     >>> value_message([1.0, 2.5]).double_array_value.tolist()
     [1.0, 2.5]
@@ -100,7 +100,7 @@ def value_message(value: object, info: ParameterInfo | None = None) -> Parameter
 
 
 def plain_value(message: ParameterValue) -> object:
-    """The plain value of a ROS 2 parameter value; None for an unknown type, as for one that is not set."""
+    """Return the plain value of a ROS 2 parameter value; None for an unknown type, as for one that is not set."""
     field = _FIELDS.get(message.type)
     if field is None:
         return None
@@ -111,7 +111,7 @@ def plain_value(message: ParameterValue) -> object:
 
 
 def descriptor_message(info: ParameterInfo, value: object = None) -> ParameterDescriptor:
-    """The descriptor of a parameter as ROS 2 sends it; a range without an end has the type's own limit there."""
+    """Return the descriptor of a parameter as ROS 2 sends it; a range without an end has the type's own limit there."""
     kind = _TYPES.get(info.type.removesuffix(" or null")) or type_of(info.default if value is None else value, info)
     bounded = info.bounds != UNBOUNDED
     integers, floats = kind == ParameterType.PARAMETER_INTEGER, kind == ParameterType.PARAMETER_DOUBLE
@@ -152,7 +152,7 @@ def _integer_range(bounds: Bounds) -> IntegerRange:
 
 
 def _end(limit: float, step: float, *, excluded: bool, into: int) -> float | Fraction:
-    """The outermost allowed value of a range: ROS 2 counts steps from the first, and `multiple_of` from zero.
+    """Return the outermost allowed value of a range: ROS 2 counts steps from the first, and `multiple_of` from zero.
 
     Args:
         limit: The limit that is declared.
@@ -171,7 +171,7 @@ def _end(limit: float, step: float, *, excluded: bool, into: int) -> float | Fra
 def event_message(
     stamp: Time, node: str, changes: Iterable[ParameterChange], infos: Mapping[str, ParameterInfo]
 ) -> ParameterEvent:
-    """The event of changed parameters of a node: what was nothing before is new, what is nothing now is deleted."""
+    """Return the event of a node's changed parameters: without an old value one is new, without a new one deleted."""
     added: list[Parameter] = []
     changed: list[Parameter] = []
     deleted: list[Parameter] = []

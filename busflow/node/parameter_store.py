@@ -122,11 +122,11 @@ class ParameterStore:
         return {info.name: info for info in describe(type(self.current))}
 
     def describe(self) -> tuple[LiveParameter, ...]:
-        """Every parameter with its value and its source, in the order of declaration."""
+        """Return every parameter with its value and its source, in the order of declaration."""
         return tuple(self.get(name) for name in self.infos)
 
     def get(self, name: str) -> LiveParameter:
-        """One parameter by its dotted name.
+        """Return one parameter by its dotted name.
 
         Raises:
             InvalidParameter: there is none of that name; the message says which is nearest.
@@ -202,7 +202,7 @@ class ParameterStore:
 
 
 def _pace_faults(paces: list[_Pace], parameters: Parameters) -> Iterator[Fault]:
-    """The timers that could not tick as these parameters say."""
+    """Yield the timers that could not tick as these parameters say."""
     for pace in paces:
         try:
             checked_period(pace.period(parameters), pace.timer.name)
@@ -212,7 +212,7 @@ def _pace_faults(paces: list[_Pace], parameters: Parameters) -> Iterator[Fault]:
 
 
 def _is_stated(parameters: BaseModel, name: str) -> bool:
-    """True if the constructor of the parameters gave this one a value."""
+    """Return whether the constructor of the parameters gave this one a value."""
     found: Any = parameters
     for step in name.split("."):
         if not isinstance(found, BaseModel) or step not in found.model_fields_set:

@@ -75,7 +75,7 @@ class ParameterInfo:
 
 
 def validate(cls: type[P], data: Mapping[str, object]) -> P:
-    """The parameters that `data` states, defaults filled in.
+    """Return the parameters that `data` states, defaults filled in.
 
     Raises:
         InvalidParameter: With every fault of `data`, not the first alone.
@@ -87,13 +87,13 @@ def validate(cls: type[P], data: Mapping[str, object]) -> P:
 
 
 def describe(cls: type[Parameters]) -> tuple[ParameterInfo, ...]:
-    """Each parameter of `cls` in the order of declaration, nested ones flattened to dotted names."""
+    """Return each parameter of `cls` in the order of declaration, nested ones flattened to dotted names."""
     cls.model_rebuild()  # a no-op unless the class names a type that was defined after it
     return tuple(_rows(cls, "", {}, read_only=False))
 
 
 def value_of(parameters: BaseModel, name: str) -> Any:
-    """The plain value of a dotted name; None inside an optional group that is not there."""
+    """Return the plain value of a dotted name; None inside an optional group that is not there."""
     found: Any = parameters
     for step in name.split("."):
         found = getattr(found, step, None)
@@ -101,7 +101,7 @@ def value_of(parameters: BaseModel, name: str) -> Any:
 
 
 def unknown(name: str, known: Iterable[str]) -> InvalidParameter:
-    """The error that a name is no parameter, with the nearest one that is."""
+    """Return the error that a name is no parameter, with the nearest one that is."""
     fix = did_you_mean(name, known, none="leave it out: the node has no parameters")
     return InvalidParameter([Fault(tuple(name.split(".")), f"unknown parameter {name}", fix, "unknown")])
 
@@ -130,14 +130,14 @@ def _rows(
 
 
 def _default(info: FieldInfo) -> Any:
-    """The default as plain data; None where there is none or it depends on the other fields."""
+    """Return the default as plain data; None where there is none or it depends on the other fields."""
     if info.is_required() or info.default_factory_takes_validated_data:
         return None
     return plain(info.get_default(call_default_factory=True))
 
 
 def with_changes(parameters: P, changes: Mapping[str, object]) -> P:
-    """The parameters with some of them changed, validated as a whole.
+    """Return the parameters with some of them changed, validated as a whole.
 
     A name is dotted (`noise.imu`) or nested (`noise: {imu: …}`). A mapping changes of a group what it names; it
     replaces a parameter that is itself a mapping.
@@ -178,7 +178,7 @@ def with_changes(parameters: P, changes: Mapping[str, object]) -> P:
 
 
 def _assignments(group: BaseModel, changes: Mapping[str, object], above: KeyPath) -> Iterator[tuple[KeyPath, object]]:
-    """Each value with its path from the top."""
+    """Yield each value with its path from the top."""
     for key, value in changes.items():
         steps = str(key).split(".")
         inner: Any = group
@@ -192,7 +192,7 @@ def _assignments(group: BaseModel, changes: Mapping[str, object], above: KeyPath
 
 
 def _assign(data: Any, path: KeyPath, value: object) -> Any:
-    """A copy of `data` with `value` at `path`; whether it may be there is for the validation to say."""
+    """Return a copy of `data` with `value` at `path`; whether it may be there is for the validation to say."""
     if not path:
         return value
     step, rest = str(path[0]), path[1:]
@@ -211,5 +211,5 @@ def _assign(data: Any, path: KeyPath, value: object) -> Any:
 
 
 def _members(group: BaseModel) -> dict[str, Any]:
-    """The validated values of a group."""
+    """Return the validated values of a group."""
     return {name: getattr(group, name) for name in type(group).model_fields}

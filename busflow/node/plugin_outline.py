@@ -34,7 +34,7 @@ class Outline:
         self._read: dict[Path, dict[str, Definition]] = {}
 
     def of_plugin(self, path: Path) -> list[Definition]:
-        """The node classes of `x.py` or `x/`: what `__init__.py` offers, else what the files hold.
+        """Return the node classes of `x.py` or `x/`: what `__init__.py` offers, else what the files hold.
 
         Raises:
             One of `UNREADABLE`: A file cannot be read as Python.
@@ -48,7 +48,7 @@ class Outline:
         return []
 
     def of_file(self, file: Path) -> dict[str, Definition]:
-        """The names in a file that stand for node classes, defined there or imported."""
+        """Return the names in a file that stand for node classes, defined there or imported."""
         if file in self._read:
             return self._read[file]
         found = self._read[file] = {}  # a circular import sees what is known so far
@@ -79,21 +79,21 @@ class Outline:
         return found
 
     def _of_module(self, path: Path) -> dict[str, Definition]:
-        """The names of a module of the folder; none where there is no such file, or nothing to read in it."""
+        """Return the names of a module of the folder; none where there is no such file, or nothing to read in it."""
         with suppress(*UNREADABLE):
             return self.of_file(path / "__init__.py" if path.is_dir() else path.with_suffix(".py"))
         return {}
 
 
 def sources(path: Path) -> list[Path]:
-    """The Python files of a plugin: the file itself, or those directly in its folder."""
+    """Return the Python files of a plugin: the file itself, or those directly in its folder."""
     if os.path.isdir(path):  # noqa: PTH112  # Path.is_dir raises where the parent may not be read
         return sorted(each for each in path.glob("*.py") if each.is_file())
     return [path] if path.suffix == ".py" and os.path.isfile(path) else []  # noqa: PTH113  # the same
 
 
 def files_with_nodes(path: Path) -> list[Path]:
-    """The files of a package that define a node, and those whose mistakes only an import shows."""
+    """Return the files of a package that define a node, and those whose mistakes only an import shows."""
     outline = Outline()
 
     def worth_importing(file: Path) -> bool:

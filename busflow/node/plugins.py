@@ -64,7 +64,7 @@ class PluginSummary:
 
 
 def find(folders: Iterable[str | os.PathLike[str]]) -> list[PluginSummary]:
-    """The plugins of the folders and the installed ones, sorted by name; nothing is imported.
+    """Return the plugins of the folders and the installed ones, sorted by name; nothing is imported.
 
     Where two have one name, the one that `load` would take is listed.
     """
@@ -79,12 +79,12 @@ def find(folders: Iterable[str | os.PathLike[str]]) -> list[PluginSummary]:
 
 
 def built_in() -> list[PluginSummary]:
-    """The nodes that busflow itself offers; a plugin of the same name in a folder goes before them."""
+    """Return the nodes that busflow itself offers; a plugin of the same name in a folder goes before them."""
     return [_summary_of_installed(name, *value.split(":")) for name, value in _BUILT_IN.items()]
 
 
 def unreadable(folder: Path) -> Problem | None:
-    """The reason why an existing folder cannot be read; None if it can, or is not there."""
+    """Return the reason why an existing folder cannot be read; None if it can, or is not there."""
     try:
         with os.scandir(folder) as entries:
             next(entries, None)
@@ -98,7 +98,7 @@ def unreadable(folder: Path) -> Problem | None:
 
 
 def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node]:
-    """The node class that a launch file's `plugin:` names.
+    """Return the node class that a launch file's `plugin:` names.
 
     Args:
         reference: `x` for the only Node subclass of `x.py`, of `x/` or of an installed entry point,
@@ -151,7 +151,7 @@ def _load_installed(entry: EntryPoint, wanted: str) -> type[Node]:
 
 
 def _choose(name: str, wanted: str, module: ModuleType, classes: dict[str, type[Node]], where: str) -> type[Node]:
-    """The class that is meant, or an error that says which ones there are."""
+    """Return the class that is meant; the error names those that there are."""
     if wanted:
         asked = classes.get(wanted) or vars(module).get(wanted)
         if _is_node(asked):
@@ -179,7 +179,7 @@ def _choose(name: str, wanted: str, module: ModuleType, classes: dict[str, type[
 
 
 def _nodes_defined(module: ModuleType) -> dict[str, type[Node]]:
-    """The Node subclasses that a module, or a package's files, define rather than import; by name."""
+    """Return the Node subclasses that a module, or a package's files, define rather than import; by name."""
     nodes = {each.__name__: each for each in vars(module).values() if _is_node(each)}
     inside = module.__name__ + "."
     return {name: each for name, each in nodes.items() if f"{each.__module__}.".startswith(inside)}
@@ -195,7 +195,7 @@ def _is_node(value: object) -> TypeGuard[type[Node]]:
 
 
 def _package(folder: Path) -> str:
-    """The package that the folder is in this process, made when it is new."""
+    """Return the package that the folder is in this process, made when it is new."""
     init = folder / "__init__.py"
     known = _loaded(init) if init.is_file() else None
     if known is not None:
@@ -243,7 +243,7 @@ class _Reuse:
 
 
 def _loaded(path: Path) -> ModuleType | None:
-    """The module that was imported from this very file, if any."""
+    """Return the module that was imported from this very file, if any."""
     files = [(file, module) for module in list(sys.modules.values()) if (file := _file_of(module))]
     if (same := next((module for file, module in files if file == str(path)), None)) is not None:
         return same  # a run under a thousand seeds asks a thousand times
@@ -265,7 +265,7 @@ def _file_of(module: ModuleType) -> str | None:
 
 @contextmanager
 def _importing(name: str, folder: Path | None = None, file: Path | None = None) -> Generator[None]:
-    """Turns what the plugin's own code raises into a `PluginError`, and forgets what it had imported."""
+    """Turn what the plugin's own code raises into a `PluginError`, and forget what it had imported."""
     importlib.invalidate_caches()  # a file written a moment ago is not in the finders' listings yet
     before = set(sys.modules)
     with slow_import_named(name, folder):
@@ -279,7 +279,7 @@ def _importing(name: str, folder: Path | None = None, file: Path | None = None) 
 
 
 def _forget(names: Iterable[str], folder: Path | None) -> None:
-    """Drops the folder's modules, so that the next attempt runs the files again."""
+    """Drop the folder's modules, so that the next attempt runs the files again."""
     for name in names:
         module = sys.modules[name]
         file = _file_of(module)
@@ -291,7 +291,7 @@ def _forget(names: Iterable[str], folder: Path | None) -> None:
 
 
 def _raised_by_statement(error: BaseException) -> bool:
-    """True if a `raise` statement threw it; the KeyboardInterrupt of a real Ctrl-C comes from none."""
+    """Return whether a `raise` statement threw it; the KeyboardInterrupt of a real Ctrl-C comes from none."""
     place = error.__traceback__
     while place and place.tb_next:
         place = place.tb_next
@@ -323,7 +323,7 @@ def _import_problem(name: str, folder: Path | None, file: Path | None, error: Ba
 
 
 def _fix_for_missing(missing: str, folder: Path | None) -> str:
-    """The fix for a module that was not found."""
+    """Return the fix for a module that was not found."""
     stems = [path.stem for path in _plugins_in(folder)] if folder else []
     if missing.startswith(_PACKAGE):
         return did_you_mean(missing.rpartition(".")[2], stems)
@@ -355,7 +355,7 @@ def _error(code: str, message: str, fix: str) -> PluginError:
 
 
 def _plugins_in(folder: Path, name: str | None = None) -> list[Path]:
-    """The `x.py` and `x/` of a folder that may be plugins; only those called `name` if it is given."""
+    """Return the `x.py` and `x/` of a folder that may be plugins; only those called `name` if it is given."""
     if name is not None:
         paths = [folder / f"{name}.py", folder / name] if _FILE_NAME.fullmatch(name) else []
     else:

@@ -240,7 +240,7 @@ class NodeRuntime:
         origin: str,
         line: Line | None,
     ) -> Endpoint:
-        """The description of an end of a topic, with the QoS that the launch file adds to the node's own."""
+        """Return the description of an end of a topic, with the QoS that the launch file adds to the node's own."""
         if not (isinstance(message_type, type) and issubclass(message_type, Message)):  # type: ignore[redundant-expr]  # users without a type checker
             raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
         self._refuse_after_the_end(origin)
@@ -257,7 +257,7 @@ class NodeRuntime:
             raise NotRunning(f"{origin}: {self.full_name} has left its graph; it can create nothing more")
 
     def resolve(self, name: str, *, service: bool = False) -> names.Resolved:
-        """The final name of a topic or service that the node calls `name`."""
+        """Return the final name of a topic or service that the node calls `name`."""
         around = self.surroundings
         resolved = names.resolve(
             name, node=self.name, namespace=around.namespace, remaps=around.remaps, service=service

@@ -17,7 +17,7 @@ from busflow.validation.as_written import written_annotations
 
 
 def message_annotation(function: Callable[..., Any]) -> Any:
-    """The annotation of the first parameter after `self`, as written, or None."""
+    """Return the annotation of the first parameter after `self`, as written, or None."""
     code = getattr(function, "__code__", None)
     if code is None or code.co_argcount < 2:
         return None
@@ -25,7 +25,7 @@ def message_annotation(function: Callable[..., Any]) -> Any:
 
 
 def takes_one(function: Callable[..., Any]) -> bool:
-    """True if a method can be called with itself and one more thing, as far as its signature shows."""
+    """Return whether a method can be called with itself and one more thing, as far as its signature shows."""
     code = getattr(function, "__code__", None)
     if code is None:
         return True
@@ -34,7 +34,7 @@ def takes_one(function: Callable[..., Any]) -> bool:
 
 
 def takes_none(function: Callable[..., Any]) -> bool:
-    """True if a method can be called with nothing but itself, as far as its signature shows."""
+    """Return whether a method can be called with nothing but itself, as far as its signature shows."""
     code = getattr(function, "__code__", None)
     if code is None:
         return True
@@ -43,13 +43,13 @@ def takes_none(function: Callable[..., Any]) -> bool:
 
 
 def line_of(function: object) -> tuple[str, int] | None:
-    """The file and the line where a function begins, its decorators included; None for what has no code."""
+    """Return the file and the line where a function begins, its decorators included; None for what has no code."""
     code = getattr(function, "__code__", None)
     return None if code is None else (code.co_filename, code.co_firstlineno)
 
 
 def calling_line() -> tuple[str, int] | None:
-    """The file and the line outside this package from which it was called."""
+    """Return the file and the line outside this package from which it was called."""
     frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  # as below
     while frame is not None and frame.f_globals.get("__name__", "").startswith("busflow."):
         frame = frame.f_back
@@ -57,13 +57,13 @@ def calling_line() -> tuple[str, int] | None:
 
 
 def names_used(annotation: str, frame: FrameType) -> dict[str, Any]:
-    """The names in scope in the function around a class, if there is one."""
+    """Return the names in scope in the function around a class, if there is one."""
     words = set(re.findall(r"[A-Za-z_]\w*", annotation))
     return {word: frame.f_locals[word] for word in words if word in frame.f_locals}
 
 
 def resolve(annotation: str, names: dict[str, Any], surroundings: Mapping[str, Any], origin: str) -> Any:
-    """The object that an annotation names.
+    """Return the object that an annotation names.
 
     Raises:
         InvalidDeclaration: a name in it is not known when the program runs.
@@ -82,7 +82,7 @@ def resolve(annotation: str, names: dict[str, Any], surroundings: Mapping[str, A
 
 
 def import_of(name: str) -> str | None:
-    """The import statement for one of busflow's names or for a standard message.
+    """Return the import statement for one of busflow's names or for a standard message.
 
     >>> import_of("timer"), import_of("Imu")
     ('from busflow import timer', 'from busflow.msgs.sensor_msgs import Imu')
@@ -96,5 +96,5 @@ def import_of(name: str) -> str | None:
 
 
 def calling_frame() -> FrameType:
-    """The frame in which the class statement stands whose `__init_subclass__` calls this."""
+    """Return the frame in which the class statement stands whose `__init_subclass__` calls this."""
     return sys._getframe(2)  # noqa: SLF001  # the only way to see a class's surroundings; CPython 3.11–3.13 have it

@@ -68,7 +68,7 @@ def _write(text: str) -> None:
 
 
 def _place(folder: Path | None, thread: int) -> str:
-    """The line of the plugin's own at which the import stands: the innermost one, for people."""
+    """Return the line of the plugin's own at which the import stands: the innermost one, for people."""
     frame = sys._current_frames().get(thread)  # noqa: SLF001  # documented in spite of its name
     lines = [each for each in extract_stack(frame) if not each.filename.startswith(_SKIPPED)]
     own = [each for each in lines if folder in Path(each.filename).resolve().parents]

@@ -50,7 +50,7 @@ class SynchronizedDeclaration(ComposedDeclaration[Callable[P, R]], Generic[P, R]
         self._surroundings: Mapping[str, Any] = {}
 
     def renewed(self, function: FunctionType) -> SynchronizedDeclaration[..., Any]:
-        """The same group for the method of a subclass that overrides this one."""
+        """Return the same group for the method of a subclass that overrides this one."""
         return SynchronizedDeclaration(
             function, self._topics, self._within_ns, self._depth, triggers=self._triggers, above=self
         )

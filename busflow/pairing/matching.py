@@ -35,7 +35,7 @@ class Matcher:
     """Matches the messages of several topics, whose stamps it is given oldest first."""
 
     def __init__(self, topics: int, within_ns: int) -> None:
-        """A matcher of messages whose stamps lie within some nanoseconds; 0 matches equal stamps only."""
+        """Create a matcher of messages whose stamps lie within some nanoseconds; 0 matches equal stamps only."""
         self._within_ns = within_ns
         self._gaps: list[int | None] = [None] * topics
         """The least gap between two messages of each topic, of those that have left its queue."""

@@ -29,7 +29,7 @@ class Extension:
         """
 
     def surround(self) -> AbstractAsyncContextManager[object]:
-        """A context that is entered when all have begun, before any node starts, and left when all nodes have ended."""
+        """Return a context: entered when all extensions have begun, before any node starts; left when all ended."""
         return nullcontext()
 
     def nodes_started(self) -> None:

@@ -82,7 +82,7 @@ class Outside:
             raise NoSuchTarget(f"no node has the topic {name}; {did_you_mean(name, topics)} ({anyway})")
 
     def client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
-        """The program's client of a service."""
+        """Return the program's client of a service."""
         client = self._clients.get(service)
         if client is None:
             client = self._clients[service] = self._own().create_client(service_type, service, origin="Graph.call")
@@ -92,7 +92,7 @@ class Outside:
         return client
 
     def action_client(self, action_type: type[Parts[G, R, F]], action: str) -> ActionClient[Parts[G, R, F]]:
-        """The program's client of an action."""
+        """Return the program's client of an action."""
         from busflow.actions.declarations import action_client, create_client  # most runs have no action
 
         client = self._action_clients.get(action)

@@ -219,7 +219,7 @@ def _caller(frame: FrameType | None) -> str:
 
 
 def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:
-    """A frame and those around it up to where busflow called, without those of libraries."""
+    """Yield a frame and those around it up to where busflow called, without those of libraries."""
     while frame is not None and not frame.f_code.co_filename.startswith(BUSFLOW):
         if not frame.f_code.co_filename.startswith(_LIBRARIES):
             yield frame

@@ -176,7 +176,7 @@ class Report:
         return ledger + self.inbox_dropped + self.inbox_refused
 
     def __str__(self) -> str:
-        """The topics as a table for people: a row for each subscription; a topic without one has a row too."""
+        """Return the topics as a table for people: a row for each subscription; a topic without one has a row too."""
         rows = [_COLUMNS, *(cells for topic in self.topics for cells in _topic_cells(topic))]
         texts = [[printable(str(cell)) for cell in row] for row in rows]
         widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
@@ -184,7 +184,7 @@ class Report:
         return "\n".join([f"{printable(self.name)}: {self.duration_s:.3f} s of {self.clock} time", *lines])
 
     def _repr_html_(self) -> str:
-        """The topics as a table, which a notebook shows: a row for each subscription, names escaped."""
+        """Return the topics as a table, which a notebook shows: a row for each subscription, names escaped."""
         from html import escape
 
         def row(tag: str, cells: Iterable[object]) -> str:
@@ -195,7 +195,7 @@ class Report:
         return f"<table><caption>{caption}</caption>{row('th', _COLUMNS)}{rows}</table>"
 
     def as_json(self) -> dict[str, Any]:
-        """The report as `--report FILE` writes it."""
+        """Return the report as `--report FILE` writes it."""
         services = [asdict(service) for service in self.services]
         return {
             "name": self.name,
@@ -219,7 +219,7 @@ class Report:
 
 
 def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
-    """The bus's topics by name, each with its subscriptions' ledger; those of every run only once they are used."""
+    """Return the topics by name, each with the ledger; `/rosout` and `/parameter_events` only once they are used."""
     return tuple(
         TopicReport(
             name=each.topic,
@@ -236,7 +236,7 @@ def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
 
 
 def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
-    """The bus's services by name, each with the accounts of both its ends."""
+    """Return the bus's services by name, each with the accounts of both its ends."""
     return tuple(
         ServiceReport(each.service, type_name(bus.services[each.service].type), each.servers, each.clients)
         for each in (bus.services[name].statistics() for name in sorted(bus.services))

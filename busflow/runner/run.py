@@ -97,5 +97,5 @@ class _Program(Extension):
 
 
 def _goes_on(graph: Graph, loop: asyncio.AbstractEventLoop) -> bool:
-    """Whether a run reaches its end: its nodes are over, also while the disk holds up the loop, or the loop is free."""
+    """Return whether a run reaches its end: its nodes have ended, though the disk holds up the loop, or it is free."""
     return graph.has_finished or answers(loop) or graph.has_finished

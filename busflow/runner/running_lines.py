@@ -34,5 +34,5 @@ def running_lines(frame: FrameType | None) -> list[traceback.FrameSummary]:
 
 
 def is_own(entry: traceback.FrameSummary) -> bool:
-    """Whether a line is of a node or a program, and of no library."""
+    """Return whether a line is of a node or a program, and of no library."""
     return not entry.filename.startswith((*_LIBRARIES, _BUSFLOW, "<"))

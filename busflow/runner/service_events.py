@@ -26,7 +26,7 @@ _GID_BYTES = 16
 
 @cache
 def event_class(service: type[ServiceType]) -> type[Message]:
-    """The message type `…_Event` of a service.
+    """Return the message type `…_Event` of a service.
 
     >>> from busflow.msgs.std_srvs import Trigger
     >>> type_name(event_class(Trigger))
@@ -52,7 +52,7 @@ def event_class(service: type[ServiceType]) -> type[Message]:
 
 
 def event_message(cls: type[Message], call: Call[Any, Any], stamp: Time) -> Message | None:
-    """The event message of a call now: its request or its answer; None if it was not answered.
+    """Return the event message of a call now: its request or its answer; None if it was not answered.
 
     Args:
         cls: as `event_class` made it.
@@ -74,7 +74,7 @@ def event_message(cls: type[Message], call: Call[Any, Any], stamp: Time) -> Mess
 
 
 def client_gid(caller: str) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    """The id of a client: the same for the same node in every run."""
+    """Return the id of a client: the same for the same node in every run."""
     return np.frombuffer(hashlib.blake2b(caller.encode(), digest_size=_GID_BYTES).digest(), np.uint8)
 
 

@@ -226,7 +226,7 @@ class SignalGuard:
 
 
 def _heed_nothing(_number: int, _frame: FrameType | None) -> None:
-    """A handler, since a signal that is ignored would be so in every program that the process executes."""
+    """Ignore a signal by a handler: programs that the process executes would inherit SIG_IGN."""
 
 
 def _interrupt_main_thread() -> None:

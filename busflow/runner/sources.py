@@ -30,7 +30,7 @@ def described(what: str | Path | LaunchDescription, args: Mapping[str, object] |
 
 
 def made_by_hand(what: Any) -> tuple[Node, Supervision]:
-    """The node that is given, or one of the class that is, and what is asked for it.
+    """Return the node that is given, or one of the class that is, and what is asked for it.
 
     Raises:
         InvalidDeclaration: it is neither, or the class needs arguments.
@@ -55,5 +55,5 @@ def set_clock(clock: Clock, descriptions: Sequence[LaunchDescription]) -> None:
 
 
 def is_simulated(description: LaunchDescription) -> bool:
-    """Whether a launch file asks for simulated time."""
+    """Return whether a launch file asks for simulated time."""
     return description.clock.mode is not ClockMode.SYSTEM

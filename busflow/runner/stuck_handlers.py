@@ -68,7 +68,7 @@ def _watch(loop: VirtualLoop, thread: int, ended: threading.Event) -> None:
 
 
 def _is_debugged(frame: FrameType | None) -> bool:
-    """Whether a debugger has stopped the code."""
+    """Return whether a debugger has stopped the code."""
     while frame is not None:
         if Path(frame.f_code.co_filename).name in _DEBUGGERS:
             return True

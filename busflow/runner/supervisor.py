@@ -148,7 +148,7 @@ class Supervisor:
         return self.state is NodeState.RUNNING and not has_stop and not self.runtime.life.has_spawned
 
     def statistics(self) -> NodeReport:
-        """The node's line of the report."""
+        """Return the node's line of the report."""
         return NodeReport(
             name=self.name,
             plugin=self.plugin,

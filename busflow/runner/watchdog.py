@@ -54,7 +54,7 @@ class Watchdog:
         self._ended = threading.Event()
 
     def statistics(self) -> tuple[Blocks, ...]:
-        """Handlers that blocked the loop, in the order in which they first did."""
+        """Return the handlers that blocked the loop, in the order in which they first did."""
         return tuple(self._found.values())
 
     @property

@@ -232,7 +232,7 @@ class Expectations:
 
 
 def _within(number: float, limits: list[float] | None) -> bool:
-    """Whether a number is within limits; NaN never is, unless there are none."""
+    """Return whether a number is within limits; NaN never is, unless there are none."""
     return limits is None or limits[0] <= number <= limits[1]
 
 

@@ -228,7 +228,7 @@ class Harness:
     @overload
     def received(self, topic: str, message_type: type[M]) -> list[M]: ...
     def received(self, topic: str, message_type: type[M] | None = None) -> list[M] | list[Any]:
-        """Messages that were published on a topic so far, whether or not a node received them; with `keep`, the newest.
+        """Return the messages published on a topic so far, received by a node or not; with `keep`, the newest.
 
         Raises:
             NotSeen: There were more than 10,000, and `keep` does not say how many of them to keep.

@@ -142,7 +142,7 @@ def _decorator(item: pytest.Function) -> Callable[[Any], Callable[..., object]] 
 
 
 def _has_a_loop(item: pytest.Function) -> bool:
-    """Whether the user chose another plugin for the test's loop, which may be a virtual one."""
+    """Return whether the user chose another plugin for the test's loop, which may be a virtual one."""
     factories = getattr(item.config.hook, "pytest_asyncio_loop_factories", None)
     chosen = factories is not None and bool(factories.get_hookimpls())
     return "anyio_backend" in item.fixturenames or (chosen and item.get_closest_marker("asyncio") is not None)

@@ -39,7 +39,7 @@ class TopicRow:
     """The fill level of the fullest queue, as a part of its depth from 0 to 1."""
 
     def cells(self) -> tuple[str, ...]:
-        """The row as text."""
+        """Return the row as text."""
         rate = "" if self.rate_hz is None else f"{self.rate_hz:.1f}"
         queue = f"{self.queued} ({self.fullest:.0%})" if self.queued else "0"
         ends = f"{self.publishers} → {self.subscriptions}"
@@ -92,7 +92,7 @@ class NodeRow:
     dropped: int
 
     def cells(self) -> tuple[str, ...]:
-        """The row as text."""
+        """Return the row as text."""
         counts = (str(self.publishers), str(self.subscriptions), str(self.dropped))
         return (printable(self.name), printable(self.state), printable(self.plugin), *counts)
 

@@ -320,7 +320,7 @@ def _texts_decoder(
 def _texts(
     data: bytes, offset: int, count: int, unpack: Callable[[bytes, int], tuple[int]]
 ) -> tuple[tuple[str, ...], int]:
-    """This many texts, and the offset behind them."""
+    """Return this many texts, and the offset behind them."""
     if count * 4 > len(data) - offset:
         raise ValueError
     texts: list[str] = []

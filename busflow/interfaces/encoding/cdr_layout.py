@@ -32,7 +32,7 @@ class Item(NamedTuple):
 
 
 def padding(offset: int, alignment: int) -> int:
-    """Padding bytes between an offset and the next one that is aligned.
+    """Return the number of padding bytes between an offset and the next one that is aligned.
 
     >>> padding(4, 8), padding(5, 4), padding(8, 8)
     (0, 3, 4)

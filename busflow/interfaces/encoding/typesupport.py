@@ -185,7 +185,7 @@ class _Codec(NamedTuple):
 
 
 def _opaque_codec(cls: type[OpaqueMessage]) -> _Codec:
-    """A codec that leaves bytes unchanged."""
+    """Return a codec that leaves bytes unchanged."""
 
     def encode(message: Any) -> bytes:
         return message.payload.tobytes()

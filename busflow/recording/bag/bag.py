@@ -104,7 +104,7 @@ class Bag:
         return self._overview().messages
 
     def spans(self) -> Mapping[Channel, tuple[int, int]]:
-        """The times of each channel's first and last message; empty where the whole bag would have to be read."""
+        """Return the times of each channel's first and last message; empty if the whole bag would have to be read."""
         found: dict[Channel, tuple[int, int]] = {}
         for series in self.series:
             spans = series.spans()
@@ -121,7 +121,7 @@ class Bag:
         start_ns: int | None = None,
         end_ns: int | None = None,
     ) -> Generator[Entry]:
-        """Its messages in the order in which they were recorded, up to where it is damaged.
+        """Return the messages in the order in which they were recorded, up to where the bag is damaged.
 
         A file is open from the first of them to the last; a caller that stops earlier closes the generator.
 
@@ -140,7 +140,7 @@ class Bag:
         start_ns: int | None = None,
         end_ns: int | None = None,
     ) -> Iterator[Numbered]:
-        """Like `entries`, each with the index in `series` of the files that number it together."""
+        """Return the messages as `entries` does, each with the index of its series in `series`."""
         wanted, bounds = _chosen(topics), _bounds(start_ns, end_ns)
         return merged([each.entries(wanted, *bounds) for each in self.series])
 
@@ -163,7 +163,7 @@ class Bag:
         return not self.incomplete
 
     def digest(self) -> str:
-        """The SHA-256 of topic, type, log time, sequence and bytes of every message, in order."""
+        """Return the SHA-256 of topic, type, log time, sequence and bytes of every message, in order."""
         found = hashlib.sha256()
         for channel, sequence, log_time, _, payload in self.entries():
             topic, type_name = channel.topic.encode(errors="replace"), channel.type_name.encode(errors="replace")
@@ -219,12 +219,12 @@ class Bag:
 
 
 def _process(file: BagFile) -> str:
-    """The process that has recorded a file for itself alone."""
+    """Return the process that has recorded a file for itself alone."""
     return file.metadata.get(FACTS, {}).get("process", "")
 
 
 def _undivided(file: BagFile) -> str:
-    """The name of a process's file, which its parts have in common."""
+    """Return the name of a process's file, which its parts have in common."""
     name = file.path.name
     part = part_of(file.metadata[PART]) if PART in file.metadata else None
     return name if part is None or part.reason else _NUMBER.sub("", name)

@@ -33,7 +33,7 @@ class Survey:
 
     @classmethod
     def of(cls, parts: Sequence[Self]) -> Self:
-        """The contents of several files together."""
+        """Return the contents of several files together."""
         counts: Counter[Channel] = Counter()
         for each in parts:
             counts.update(each.counts)
@@ -64,11 +64,11 @@ class BagFile(Protocol):
         ...
 
     def overview(self) -> Survey | None:
-        """The contents as the file's summary states them; None where the whole file would have to be read."""
+        """Return the contents as the file's summary states them; None where the whole file would have to be read."""
         ...
 
     def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
-        """The times of each channel's first and last message; None where the whole file would have to be read."""
+        """Return the times of each channel's first and last message; None if the whole file would have to be read."""
         ...
 
     def walk(self, wanted: Callable[[Channel], bool], since_ns: int = SINCE, until_ns: int = UNTIL) -> Iterator[object]:

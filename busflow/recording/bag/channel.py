@@ -70,7 +70,7 @@ class Channel:
         return None
 
     def plain(self, payload: bytes | memoryview) -> Any:
-        """A message as plain data: dictionaries, tuples, memoryviews, text and numbers.
+        """Return a message as plain data: dictionaries, tuples, memoryviews, text and numbers.
 
         Raises:
             BagError: Messages of this channel cannot be read.
@@ -79,7 +79,7 @@ class Channel:
         return self._plain(payload)
 
     def decode(self, payload: bytes | memoryview, cls: type[MessageT]) -> MessageT:
-        """A message as one of the class that has this type.
+        """Return a message as one of the class that has this type.
 
         Raises:
             BagError: The class is of another type, or of another version of it.
@@ -157,7 +157,7 @@ def _json_type(channel: Channel) -> ForeignType:
 
 
 def _description(channel: Channel) -> Any:
-    """The description of a ROS 2 type: what the bag says, or what is known of a type that the bag only names."""
+    """Return the description of a ROS 2 type: what the bag says, or what is known of a type that the bag only names."""
     from busflow.definitions.recorded import parse
     from busflow.interfaces.encoding.builtin_types import builtin_types
     from busflow.interfaces.encoding.description import rihs01

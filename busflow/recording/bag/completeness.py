@@ -20,7 +20,7 @@ class Shortfall(NamedTuple):
 
 
 def shortfalls(ledger: RunOutcome | None, *, unfinished: bool, gaps: int, there: int) -> Iterator[Shortfall]:
-    """Everything that is missing in what busflow has recorded.
+    """Yield the reasons why a recording of busflow is incomplete.
 
     Args:
         ledger: The recorder's account at the end; None if it wrote none.

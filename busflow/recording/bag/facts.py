@@ -96,7 +96,7 @@ class RunOutcome:
 
 
 def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
-    """The facts in a metadata record; what is not understood there is left out."""
+    """Return the facts in a metadata record; what is not understood there is left out."""
     versions = {name: metadata[name] for name in _VERSIONS if name in metadata}
     versions |= {name: str(each) for name, each in json_object(metadata.get("versions")).items()}
     return Facts(
@@ -113,7 +113,7 @@ def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
 
 
 def ledger_of(metadata: Mapping[str, str]) -> RunOutcome:
-    """The ledger in a metadata record."""
+    """Return the ledger in a metadata record."""
     return RunOutcome(
         report=json_object(metadata.get("report")),
         recorded=_number(metadata.get("recorded")),
@@ -125,7 +125,7 @@ def ledger_of(metadata: Mapping[str, str]) -> RunOutcome:
 
 
 def part_of(metadata: Mapping[str, str]) -> BagPart:
-    """The place of a file in a metadata record; what is not understood there is left out."""
+    """Return the place of a file in a metadata record; what is not understood there is left out."""
     counts = json_object(metadata.get("repeated")).items()
     repeated = {topic: count for topic, count in counts if isinstance(count, int)}
     number, first = _number(metadata.get("number")) or 0, _number(metadata.get("first")) or 1

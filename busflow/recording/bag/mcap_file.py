@@ -66,7 +66,7 @@ class McapFile:
                 self._read_beginning(file)
 
     def overview(self) -> Survey | None:
-        """The contents by the summary; None if it is incomplete."""
+        """Return the contents by the summary; None if it is incomplete."""
         summary = self.summary
         if summary is None or summary.statistics is None or not summary.whole:
             return None
@@ -80,7 +80,7 @@ class McapFile:
         return Survey(counts, counted.message_start_time, counted.message_end_time)
 
     def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
-        """The times of each channel's first and last message, by the indices of its chunks; None without them."""
+        """Return the times of each channel's first and last message, by the indices of chunks; None without them."""
         overview, summary = self.overview(), self.summary
         if overview is None or summary is None:
             return None
@@ -100,7 +100,7 @@ class McapFile:
 
     @staticmethod
     def _indexed(file: RecordFile, place: int) -> list[int]:
-        """The times of a channel's messages in a chunk, whose index is there."""
+        """Return the times of a channel's messages in a chunk, from the index at this place of the file."""
         if not len(MAGIC) <= place < file.size:
             raise file.damaged(f"the summary says that an index begins at {place}", place)
         file.go_to(place)
@@ -113,7 +113,7 @@ class McapFile:
         since_ns: int = SINCE,
         until_ns: int = UNTIL,
     ) -> Iterator[Entry | McapRecord]:
-        """The messages that are wanted, and all other records, in the order of the file.
+        """Yield the messages that are wanted, and all other records, in the order of the file.
 
         Chunks are skipped if the summary lists all channels and they hold nothing of this time; otherwise everything
         is checked against its CRC.
@@ -136,7 +136,7 @@ class McapFile:
         return self._channels.values()
 
     def channel(self, channel: records.Channel, schema: records.Schema | None) -> Channel:
-        """The channel that two records describe; the same one for the same records."""
+        """Return the channel that two records describe; the same one for the same records."""
         metadata = channel.metadata
         key = (
             channel.topic,
@@ -224,7 +224,7 @@ class _Walk:
                 self._declare(channel, summary.start)
 
     def items(self) -> Iterator[Entry | McapRecord]:
-        """The items that `McapFile.walk` yields."""
+        """Yield the items that `McapFile.walk` yields."""
         file = self._file
         while True:
             if self._may_pass:
@@ -296,7 +296,7 @@ class _Walk:
         return first <= self._until and last >= self._since
 
     def _messages(self, data: bytes, offset: int) -> Iterator[Entry | McapRecord]:
-        """The messages of a chunk, and the schemas and channels between them."""
+        """Yield the messages of a chunk, and the schemas and channels between them."""
         chosen, damaged, since, until = self._chosen, self._file.damaged, self._since, self._until
         unpack, new_entry = MESSAGE.unpack_from, Entry._make
         for opcode, start, end in framed(data, self._file.name, offset):

@@ -32,7 +32,7 @@ _DECIDED = {"reliability": Reliability, "durability": Durability, "liveliness": 
 
 
 def offered(text: str | None) -> QoS | None:
-    r"""One profile that offers what all the recorded publishers of a topic offered; None where nothing is said.
+    r"""Return one profile that offers what all the recorded publishers of a topic offered; None where nothing is said.
 
     >>> offered("- reliability: 2\n  durability: 2\n  history: 1\n  depth: 5\n").reliability.value
     'best_effort'
@@ -51,7 +51,7 @@ def offered(text: str | None) -> QoS | None:
 
 
 def _all(profiles: list[QoS]) -> QoS:
-    """The profile of which every one of these offers at least as much, and that keeps as many messages as any."""
+    """Return the most that each of these profiles offers; it keeps as many messages as the deepest of them."""
     best_effort = any(each.reliability is Reliability.BEST_EFFORT for each in profiles)
     volatile = any(each.durability is not Durability.TRANSIENT_LOCAL for each in profiles)
     manual = all(each.liveliness is Liveliness.MANUAL_BY_TOPIC for each in profiles)
@@ -89,7 +89,7 @@ def _profile(stated: Mapping[str, Any]) -> QoS:
 
 
 def _word(policy: str, stated: Any) -> str:
-    """A policy's word, which older bags write as its number."""
+    """Return a policy's word, which older bags write as its number."""
     if isinstance(stated, int):
         numbers = _NUMBERS[policy]
         return numbers[stated] if 0 <= stated < len(numbers) else "unknown"
@@ -105,7 +105,7 @@ def _seconds(stated: Any) -> float | None:
 
 
 def offered_qos_profiles(offered: Iterable[QoS]) -> str:
-    """A list with the profile of each publisher.
+    """Return a list with the profile of each publisher.
 
     >>> print(offered_qos_profiles([QoS(depth=5, reliability="best_effort", deadline_s=0.5)]))
     - history: keep_last

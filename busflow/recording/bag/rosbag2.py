@@ -39,7 +39,7 @@ class Directory:
 
 
 def directory(path: Path) -> Directory:
-    """The contents of a directory.
+    """Return the contents of a directory.
 
     Raises:
         BagError: It is no bag, or one that busflow does not read, or names files that lie elsewhere.
@@ -85,7 +85,7 @@ def _information(raw: bytes, path: Path) -> Mapping[str, Any]:
 
 
 def _of_busflow(information: Mapping[str, Any], path: Path) -> tuple[BagError | None, Mapping[str, Any]]:
-    """The notes of a run of several processes: its account, and facts that no file can state of itself."""
+    """Return the notes of a run of several processes: its account, and facts that no file can state of itself."""
     stated = information.get("custom_data")
     custom = cast("dict[str, object]", stated) if isinstance(stated, dict) else {}
     lacking = custom.get(LACKING)
@@ -112,7 +112,7 @@ def _names(information: Mapping[str, Any], path: Path) -> list[str]:
 
 
 def _confined(path: Path, name: str) -> Path:
-    """A file that the metadata names; it has to lie in the directory itself, wherever a link may lead."""
+    """Return a file that the metadata names; it has to lie in the directory itself, wherever a link may lead."""
     inside = path.resolve()
     try:
         file = path / name
@@ -128,7 +128,7 @@ def _confined(path: Path, name: str) -> Path:
 
 
 def _without_metadata(path: Path) -> Directory:
-    """A recorder of ROS 2 that was killed has written its files and no metadata."""
+    """Return the files of a directory without metadata, which a killed recorder of ROS 2 leaves behind."""
     for storage, suffix in STORAGES.items():
         found = [each for each in path.iterdir() if each.suffix == suffix]
         if found:
@@ -143,5 +143,5 @@ def _without_metadata(path: Path) -> Directory:
 
 
 def _numbered(path: Path) -> list[str | int]:
-    """A sort key that puts run_2.mcap before run_10.mcap."""
+    """Return a sort key that puts run_2.mcap before run_10.mcap."""
     return [int(part) if part.isdecimal() else part for part in _DIGITS.split(path.name)]

@@ -34,7 +34,7 @@ class FileCounts:
 
 
 def file_counts(series: Iterable[Series]) -> list[FileCounts]:
-    """The contents of each file, as far as ROS 2 can read them; one without an end is read as a whole."""
+    """Return the contents of each file, as far as ROS 2 can read them; one without an end is read as a whole."""
     found: list[FileCounts] = []
     for file in (file for each in series for file in each.files):
         contents = file.overview() or Series([file], str(file.path)).survey()
@@ -97,7 +97,7 @@ def write_metadata(
 
 
 def _span(found: Survey) -> dict[str, Any]:
-    """The time span of the messages, and their number."""
+    """Return the time span of the messages, and their number."""
     first = _LAST_NS if found.start_ns is None else found.start_ns
     return {
         "duration": {"nanoseconds": 0 if found.end_ns is None else max(0, found.end_ns - first)},

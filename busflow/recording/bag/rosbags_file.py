@@ -55,15 +55,15 @@ class RosbagsFile:
         return self._topics.values()
 
     def overview(self) -> Survey | None:
-        """The counts of the database, or of the directory's `metadata.yaml`."""
+        """Return the counts of the database, or of the directory's `metadata.yaml`."""
         return self._overview
 
     def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
-        """None: rosbags has no times of single topics."""
+        """Return None: rosbags has no times of single topics."""
         return None
 
     def walk(self, wanted: Callable[[Channel], bool], since_ns: int = SINCE, until_ns: int = UNTIL) -> Iterator[Entry]:
-        """The messages of each file by their times; a database numbers none of them.
+        """Yield the messages of each file by their times; a database numbers none of them.
 
         Raises:
             BagError: The database is damaged.
@@ -88,7 +88,7 @@ class RosbagsFile:
 
     @contextmanager
     def _opened(self) -> Generator[Reader]:
-        """A reader that nothing else uses. One is kept: opening counts all messages, and unpacks compressed files."""
+        """Lend a reader to the block. One is kept open: opening counts all messages, and unpacks compressed files."""
         try:
             reader, self._idle = self._idle or self._open(), None
             try:
@@ -122,7 +122,7 @@ class RosbagsFile:
 
 
 def _channel(connection: Connection) -> Channel:
-    """A topic, as rosbags describes it."""
+    """Return a topic, as rosbags describes it."""
     details = cast("ConnectionExtRosbag2", connection.ext)
     return Channel(
         connection.topic,
@@ -136,7 +136,7 @@ def _channel(connection: Connection) -> Channel:
 
 
 def _qos(profiles: Sequence[Any]) -> str | None:
-    """Profiles as ROS 2 writes them; None where there are none."""
+    """Return profiles as ROS 2 writes them; None if there are none."""
     policies = [{name: _policy(value) for name, value in each._asdict().items()} for each in profiles]
     return yaml.safe_dump(policies, sort_keys=False) if policies else None
 
@@ -148,5 +148,5 @@ def _policy(value: Any) -> object:
 
 
 def _times(since_ns: int, until_ns: int) -> dict[str, int]:
-    """A stretch of time in rosbags' words, whose end is beyond the last message."""
+    """Return a stretch of time in rosbags' words, whose end is beyond the last message."""
     return {"start": min(since_ns, _LARGEST_NS), "stop": min(until_ns + 1, _LARGEST_NS)}

@@ -34,7 +34,7 @@ Numbered = tuple[int, Entry]
 
 
 def merged(series: Sequence[Iterable[Entry]]) -> Iterator[Numbered]:
-    """All messages, the earliest first.
+    """Return all messages, the earliest first.
 
     Where a series' own clock was set back, what it recorded then comes at once: its order is never changed.
     """
@@ -43,7 +43,7 @@ def merged(series: Sequence[Iterable[Entry]]) -> Iterator[Numbered]:
 
 
 def renumbered(found: Iterable[Numbered], before: Iterable[int]) -> Iterator[Entry]:
-    """The messages with numbers over all of them; what is missing in a series leaves as large a gap.
+    """Yield the messages with numbers over all of them; what is missing in a series leaves as large a gap.
 
     Args:
         found: the messages.
@@ -133,7 +133,7 @@ class Series:
     def entries(
         self, wanted: Callable[[Channel], bool] = lambda _: True, since_ns: int = SINCE, until_ns: int = UNTIL
     ) -> Generator[Entry]:
-        """The messages in the order in which they were recorded, up to where a file is damaged."""
+        """Yield the messages in the order in which they were recorded, up to where a file is damaged."""
         served = 0
         for place, file in enumerate(self.files):
             items = file.walk(wanted, since_ns, until_ns)
@@ -155,7 +155,7 @@ class Series:
         return self._survey
 
     def overview(self) -> Survey:
-        """The contents as the files' summaries state them, or, where one lacks it, as reading shows."""
+        """Return the contents as the files' summaries state them, or, where one lacks it, as reading shows."""
         if self._survey is None and self._stated is None:
             found = [each.overview() for each in self.files]
             stated = [
@@ -167,7 +167,7 @@ class Series:
         return self._survey or self._stated or self.survey()
 
     def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
-        """The times of each channel's first and last message; None where a whole file would have to be read."""
+        """Return the times of each channel's first and last message; None where a whole file would have to be read."""
         found: dict[Channel, tuple[int, int]] = {}
         for place, (file, part) in enumerate(zip(self.files, self.parts, strict=True)):
             spans = file.spans()
@@ -181,14 +181,14 @@ class Series:
         return found
 
     def counts_by_topic(self) -> Mapping[str, int]:
-        """The number of messages of each topic, over all offered QoS."""
+        """Return the number of messages of each topic, over all offered QoS."""
         counts: Counter[str] = Counter()
         for channel, count in self.overview().counts.items():
             counts[channel.topic] += count
         return counts
 
     def incomplete(self) -> Iterator[str]:
-        """The reasons why the recording is incomplete, as far as it has been read."""
+        """Yield the reasons why the recording is incomplete, as far as it has been read."""
         if self.damage is not None:  # which says the same of a file without an end, and where
             yield self.damage.what
         else:
@@ -228,6 +228,6 @@ def _new(items: Iterable[object]) -> Iterator[object]:
 
 
 def _without(found: Survey, repeated: Mapping[str, int]) -> Survey:
-    """The contents of a part without its repeats."""
+    """Return the contents of a part without its repeats."""
     counts = {channel: max(0, count - repeated.get(channel.topic, 0)) for channel, count in found.counts.items()}
     return replace(found, counts=counts)

@@ -40,7 +40,7 @@ class Chunk:
 
 
 def unpacked(body: bytes, file: str, offset: int) -> bytes:
-    """The records of a chunk.
+    """Return the records of a chunk.
 
     Raises:
         BagError: It is too large, does not match its CRC, or has an unknown compression.
@@ -53,7 +53,7 @@ def unpacked(body: bytes, file: str, offset: int) -> bytes:
 
 
 def chunk_of(body: bytes, file: str, offset: int) -> Chunk:
-    """A chunk as it lies in the file.
+    """Return a chunk as it lies in the file.
 
     Raises:
         BagError: It is cut off, or would be too large.

@@ -60,7 +60,7 @@ class Contents:
         self._file.close()
 
     def __iter__(self) -> Iterator[Found]:
-        """Every record, to the footer.
+        """Yield every record, to the footer.
 
         Raises:
             BagError: The file is damaged here, or ends here without a footer.
@@ -70,7 +70,7 @@ class Contents:
             yield from self._in(self._file.next(), crc)
 
     def beyond_damage(self) -> Iterator[Found]:
-        """Every readable record; damaged ones are left out and listed in `damages`."""
+        """Yield every readable record; damaged ones are left out and listed in `damages`."""
         file = self._file
         while not self._ended:
             start, crc, frame = file.at, file.crc, None

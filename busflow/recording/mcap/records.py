@@ -131,11 +131,11 @@ class RecordFile:
         return Frame(opcode, offset, length)
 
     def body(self, frame: Frame) -> bytes:
-        """The contents of the record whose frame was just read."""
+        """Return the contents of the record whose frame was just read."""
         return self._read(frame.length)
 
     def record(self, frame: Frame) -> McapRecord | None:
-        """The record whose frame was just read; None for an unknown opcode.
+        """Return the record whose frame was just read; None for an unknown opcode.
 
         Raises:
             BagError: It is damaged.
@@ -152,7 +152,7 @@ class RecordFile:
             raise self.damaged("what lies before it is not what its CRC stands for", offset)
 
     def peek(self, frame: Frame, size: int) -> bytes:
-        """The first bytes of the record whose frame was just read, which is still to be read."""
+        """Return the first bytes of the record whose frame was just read, which is still to be read."""
         found = self._file.read(min(size, frame.length))
         self._file.seek(self.at)
         return found
@@ -162,7 +162,7 @@ class RecordFile:
         self.go_to(frame.end)
 
     def tail(self, count: int) -> bytes:
-        """The last bytes of the file."""
+        """Return the last bytes of the file."""
         at = self.at
         self._file.seek(max(0, self.size - count))
         found = self._file.read(count)
@@ -170,7 +170,7 @@ class RecordFile:
         return found
 
     def damaged(self, reason: str, offset: int) -> BagError:
-        """An error about this place."""
+        """Return an error about this place."""
         return BagError(reason, file=self.name, offset=offset)
 
     def _read(self, length: int) -> bytes:
@@ -205,7 +205,7 @@ def parse(opcode: int, body: bytes | memoryview, file: str, offset: int) -> Mcap
 
 
 def framed(data: bytes, file: str, offset: int) -> Iterator[tuple[int, int, int]]:
-    """The opcode, start and end of each record inside a chunk.
+    """Yield the opcode, start and end of each record inside a chunk.
 
     Raises:
         BagError: One is cut off, or can be none.
@@ -226,7 +226,7 @@ def framed(data: bytes, file: str, offset: int) -> Iterator[tuple[int, int, int]
 
 
 def named(opcode: int) -> str:
-    """The kind of a record in words.
+    """Return the kind of a record in words.
 
     >>> named(6), named(7), named(200)
     ('a chunk', 'a message index', 'a record of kind 200')
@@ -257,7 +257,7 @@ class _Exactly(ReadDataStream):
 
 
 def _opened(path: Path) -> BinaryIO:
-    """The file, opened without waiting: a pipe or a device may never answer."""
+    """Return the file, opened without waiting: a pipe or a device may never answer."""
     try:
         if stat.S_ISREG(path.stat().st_mode):
             return path.open("rb", buffering=1 << 16)

@@ -286,7 +286,7 @@ class _Chunk:
         return list(_joined(self._parts))
 
     def indexes(self, start: int) -> tuple[list[Part], dict[int, int]]:
-        """The index of each channel, the first one at this offset of the file, and where each is."""
+        """Return the index of each channel, the first one at this offset of the file, and where each is."""
         parts: list[Part] = []
         offsets: dict[int, int] = {}
         for channel_id, index in self._index.items():
@@ -301,7 +301,7 @@ class _Chunk:
 
 
 def size_of(payload: Payload) -> int:
-    """The bytes of a message."""
+    """Return the bytes of a message."""
     return len(payload) if isinstance(payload, bytes) else sum(map(len, payload))
 
 
@@ -336,7 +336,7 @@ _GROUPS = (
 
 
 def _summary(start: int, groups: Sequence[Sequence[McapRecord]]) -> tuple[bytes, int]:
-    """The summary that begins at this offset, and where in the file its own table of contents begins."""
+    """Return the summary that begins at this offset, and where in the file its own table of contents begins."""
     builder, offsets = RecordBuilder(), list[SummaryOffset]()
     for opcode, records in zip(_GROUPS, groups, strict=True):
         before = builder.count
@@ -362,7 +362,7 @@ _ZSTD_LEVEL = 1
 
 
 def compressor(compression: Compression) -> Compressor:
-    """A compressor for chunks that are written one after the other; large parts are not copied on the way."""
+    """Return a compressor for chunks that are written one after the other; large parts are not copied on the way."""
     return {Compression.NONE: _as_it_is, Compression.LZ4: _lz4, Compression.ZSTD: _zstd}[compression]()
 
 

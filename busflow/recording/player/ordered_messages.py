@@ -41,7 +41,7 @@ class Span:
         )
 
     def end_ns(self, first_ns: int) -> int | None:
-        """The last moment that is played, None for the recording's end."""
+        """Return the last moment that is played, None for the recording's end."""
         ends = [] if self.until_ns is None else [first_ns + self.until_ns]
         if self.duration_ns is not None:  # nothing is played in no time, though the end itself is played
             ends.append(first_ns + self.start_ns + self.duration_ns if self.duration_ns > 0 else first_ns - 1)
@@ -82,7 +82,7 @@ class OrderedMessages:
         self._entries = self._from(self.start_ns)
 
     async def look(self) -> Entry | None:
-        """The message that comes next, None at the end; waits where it has yet to be read."""
+        """Wait until the next message is read, and return it without taking it; None at the end."""
         while not self._ready and not self._is_read:
             if self._thread is None:
                 self._take_in(self._read(self._entries, 0))
@@ -98,11 +98,11 @@ class OrderedMessages:
         return self._ready[0] if self._ready else None
 
     def is_next(self, entry: Entry) -> bool:
-        """True if this message, which `look` has returned, is still the next one."""
+        """Return whether this message, which `look` has returned, is still the next one."""
         return bool(self._ready) and self._ready[0] is entry
 
     def take(self) -> Entry:
-        """The message that `look` has given, which is not next any more."""
+        """Take the message that `look` has returned: the one after it is the next."""
         return self._ready.popleft()
 
     def seek(self, moment_ns: int) -> None:
@@ -133,7 +133,7 @@ class OrderedMessages:
         return asyncio.get_running_loop().run_in_executor(thread, self._read, self._entries, _AHEAD_BYTES)
 
     def _read(self, entries: Generator[Entry], most_bytes: int) -> _Read:
-        """The next messages within the bounds; with a clock that was set back, one beyond them may come before them."""
+        """Read the next messages within the bounds; if the clock was set back, one beyond them may precede others."""
         found: list[Entry] = []
         for entry in entries:
             if self._bound_ns is None or entry.log_time_ns <= self._bound_ns:
@@ -151,7 +151,7 @@ class OrderedMessages:
 def chosen(
     channels: Collection[Channel], topics: Sequence[str] = (), exclude: Sequence[str] = (), rename: Collection[str] = ()
 ) -> tuple[Channel, ...]:
-    """The channels that are to be played, by patterns of topics as for recording; hidden ones have to be named.
+    """Return the channels that are to be played, by patterns of topics as for recording; hidden ones have to be named.
 
     Raises:
         NoSuchTarget: One of the patterns matches nothing, or a topic to be renamed is not among them.
@@ -172,7 +172,7 @@ def chosen(
 
 
 def playable(channels: Collection[Channel]) -> tuple[tuple[Channel, ...], dict[Channel, BagError]]:
-    """The channels whose messages can be published, and the reason for each of the others.
+    """Return the channels whose messages can be published, and the reason for each of the others.
 
     Raises:
         BagError: There are some, and none can be published.

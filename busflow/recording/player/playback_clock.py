@@ -29,7 +29,7 @@ class PlaybackClock:
     """
 
     def __init__(self, source: Ticking, start_ns: int = 0, *, rate: float = 1.0, paused: bool = False) -> None:
-        """A clock that starts at a moment of a recording.
+        """Create a clock that starts at a moment of a recording.
 
         Raises:
             ValueError: No time passes at this rate.
@@ -52,7 +52,7 @@ class PlaybackClock:
         return self._paused
 
     def now_ns(self) -> int:
-        """The moment of the recording that it is now."""
+        """Return the moment of the recording that it is now."""
         if self._paused:
             return self._moment_ns
         numerator, denominator = self._rate.as_integer_ratio()

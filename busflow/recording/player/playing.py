@@ -90,7 +90,7 @@ class Playing:
         return True
 
     async def again(self) -> bool:
-        """True if there is something to play from here on."""
+        """Return whether there is something to play from here on."""
         return await self._messages.look() is not None
 
     async def burst(self, count: int) -> int:

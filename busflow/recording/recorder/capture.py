@@ -58,7 +58,7 @@ class Capture:
         write: Callable[[Track, Message, Endpoint | None], None],
         miss: Callable[[str], None],
     ) -> None:
-        """A capture of what `spec` says, from `begin` to `end`.
+        """Create a capture of what `spec` says, from `begin` to `end`.
 
         Args:
             graph: what runs.
@@ -116,7 +116,7 @@ class Capture:
                 track.offer(attached.endpoint)
 
     def _is_own(self, publisher: Publisher[Any]) -> bool:
-        """True if messages of a publisher may be recorded here."""
+        """Return whether messages of a publisher may be recorded here."""
         end = publisher.endpoint
         return self._share is None or not end.remote or end.node not in self._share.nodes
 

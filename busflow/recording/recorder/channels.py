@@ -98,7 +98,7 @@ class Tracks:
         self._announcer = Announcer()
 
     def add(self, topic: str, message_type: type[Message]) -> Track:
-        """A track for a topic."""
+        """Add a track for a topic, and return it."""
         support = self._supports.get(message_type)
         if support is None:
             support = self._supports[message_type] = TypeSupport(message_type)
@@ -106,7 +106,7 @@ class Tracks:
         return track
 
     def own(self, topic: str, message_type: type[Message], qos: QoS) -> Track:
-        """The track of messages that the recorder makes itself."""
+        """Return the track of messages that the recorder makes itself."""
         track = self.by_topic.get(topic)
         if track is None:
             track = self.add(topic, message_type)
@@ -120,7 +120,7 @@ class Tracks:
         return track.number > 0
 
     def later_publishers(self) -> dict[str, list[str]]:
-        """The nodes, by topic, that had their first publisher when the channel was declared already."""
+        """Return, by topic, the nodes whose first publisher came after the channel had been declared."""
         found = {each.topic: each.nodes[each.announced :] for each in self.by_topic.values() if each.number}
         return {topic: nodes for topic, nodes in found.items() if nodes}
 

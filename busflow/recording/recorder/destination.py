@@ -121,7 +121,7 @@ def new_directory(path: Path) -> Generator[Path]:
 
 
 def numbered(path: Path, least: int) -> tuple[Path, int]:
-    """The first free name of a snapshot, and its number: `run-001.mcap`, `run-002.mcap`; such names sort."""
+    """Return the first free name of a snapshot, and its number: `run-001.mcap`, `run-002.mcap`; such names sort."""
     for number in count(least):
         found = path.with_stem(f"{path.stem}-{number:03}")
         if not os.path.lexists(found) and not os.path.lexists(as_directory(found)):
@@ -130,7 +130,7 @@ def numbered(path: Path, least: int) -> tuple[Path, int]:
 
 
 def named(pattern: str, *, run: str) -> Path:
-    """The path that a pattern stands for: `{name}` is the run's name, `{start}` the time, in UTC.
+    """Return the path that a pattern stands for: `{name}` is the run's name, `{start}` the time, in UTC.
 
     >>> named("runs/{name}.mcap", run="lab 1").as_posix()
     'runs/lab_1.mcap'
@@ -153,7 +153,7 @@ def named(pattern: str, *, run: str) -> Path:
 
 
 def refusal(path: Path, error: OSError) -> RecordingRefused:
-    """An error about a destination that cannot be recorded to, with what to do."""
+    """Return an error about a destination that cannot be recorded to, with what to do."""
     shown = printable(path)
     match error:
         case FileExistsError():
@@ -219,7 +219,7 @@ def _check_folder(path: Path) -> None:
 
 
 def as_directory(path: Path) -> Path:
-    """The directory that a recording of several files is, whose name needs no suffix."""
+    """Return the directory that a recording of several files is, whose name needs no suffix."""
     return path.with_suffix("") if path.suffix == _SUFFIX else path
 
 
@@ -232,7 +232,7 @@ def _check_name(path: Path) -> None:
 
 
 def _start() -> str:
-    """The time of day, also for a simulation, whose runs all begin at the same time of their own."""
+    """Return the time of day, also for a simulation, whose runs all begin at the same time of their own."""
     import datetime as dt
 
     now = dt.datetime.fromtimestamp(SystemClock().now().nanoseconds // NS_PER_S, dt.UTC)

@@ -47,7 +47,7 @@ class LastMoments:
     """
 
     def __init__(self, most_bytes: int) -> None:
-        """An empty window of at most so many bytes."""
+        """Create an empty window of at most so many bytes."""
         self.bytes: int = 0
         """The bytes of all that is kept."""
         self.lost: int = 0
@@ -76,12 +76,12 @@ class LastMoments:
             self.lost += 1
 
     def latched(self) -> list[Kept]:
-        """The latched messages that are older than the window, the oldest first."""
+        """Return the latched messages that are older than the window, the oldest first."""
         older = (each for kept in self._latched.values() for each in kept if not each.is_recent)
         return sorted(older, key=attrgetter("sequence"))
 
     def __iter__(self) -> Iterator[Kept]:
-        """The messages of the last moments, the oldest first."""
+        """Return the messages of the last moments, the oldest first."""
         return iter(self._recent)
 
     def _latch(self, message: Kept, publisher: Endpoint) -> None:

@@ -19,7 +19,7 @@ Wanted: TypeAlias = str | Path | Mapping[str, object] | RecordSpec | bool
 
 
 def spec_of(wanted: Wanted | None, stated: RecordSpec | None) -> RecordSpec | None:
-    """The specification of a recording; None for no recording.
+    """Return the specification of a recording; None for no recording.
 
     >>> spec_of({"to": "run.mcap", "topics": ["/imu/*"]}, None).topics
     ('/imu/*',)

@@ -30,12 +30,12 @@ Words = tuple[str, Mapping[str, str]]
 
 
 def library() -> str:
-    """The name of the writing program in a file."""
+    """Return the name of the writing program in a file."""
     return f"busflow {busflow.__version__}; mcap {version('mcap')}"
 
 
 def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str = "") -> Words:
-    """The set-up of a run, without facts about the machine or its folders.
+    """Return the set-up of a run, without facts about the machine or its folders.
 
     Of several processes that record themselves, each says which of them it is.
     """
@@ -55,7 +55,7 @@ def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str 
 def ledger(
     report: Mapping[str, Any], recorded: int, missed: int, later: Mapping[str, Sequence[str]] = NONE_LATER
 ) -> Words:
-    """The run's report at its end, how much of it is in the recording, and publishers that its channels do not name."""
+    """Return the run's report at its end, how much of it was recorded, and publishers that the channels do not name."""
     return LEDGER, {
         "report": json.dumps(report),
         "recorded": str(recorded),
@@ -66,7 +66,7 @@ def ledger(
 
 
 def launch_files(descriptions: Sequence[LaunchDescription]) -> Iterator[tuple[str, str]]:
-    """Each launch file of a run as it was resolved, its folders named as seen from its own."""
+    """Yield each launch file of a run as it was resolved, its folders named as seen from its own."""
     for number, description in enumerate(descriptions, 1):
         name, _, suffix = LAUNCH_FILE.rpartition(".")
         yield LAUNCH_FILE if number == 1 else f"{name}-{number}.{suffix}", text_of(_movable(description))

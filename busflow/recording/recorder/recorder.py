@@ -69,7 +69,7 @@ class Recorder(Extension):
     end_s = CLOSE_TIMEOUT_S
 
     def __init__(self, graph: Graph, spec: RecordSpec, share: Share | None = None) -> None:
-        """A recorder of what `spec` says, which begins when the graph starts."""
+        """Create a recorder of what `spec` says, which begins when the graph starts."""
         self._graph, self._spec, self._share = graph, spec, share
         self._clock, self._log = graph.clock, graph.log.bind("busflow")
         self._capture = Capture(graph, spec, share, write=self._write, miss=self._miss)
@@ -141,11 +141,11 @@ class Recorder(Extension):
             self._report_missing(str(error))
 
     def report(self, report: Report) -> Report:
-        """The run's report, with that of its recording."""
+        """Return the run's report, with that of its recording."""
         return replace(report, recording=self.statistics())
 
     def statistics(self) -> RecordingReport:
-        """The state of the recording, so far or at the end; what waited when writing failed is missed."""
+        """Return the state of the recording, so far or at the end; what waited when writing failed is missed."""
         file = self._file
         missed = self._sequence - file.written if self._failed and file is not None else self._missed
         return RecordingReport(

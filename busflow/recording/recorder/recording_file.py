@@ -121,7 +121,7 @@ class RecordingFile:
 
 
 def beginning(graph: Graph, spec: RecordSpec, process: str = "") -> Begin:
-    """A function that begins a file of a graph's recording, with the facts as they are now."""
+    """Return a function that begins a file of a graph's recording, with the facts as they are now."""
     now_ns = graph.clock.now_ns()
     words = facts(graph.name, graph.seed, graph.clock.kind, now_ns, process)
     attached = list(launch_files(graph.descriptions))
@@ -262,7 +262,7 @@ class SplitFile(RecordingFile):
 
 
 def part_words(number: int, first: int, repeated: Mapping[str, int], *, reason: str = "") -> Words:
-    """The metadata of a part, as `BagPart` has it."""
+    """Return the metadata of a part, as `BagPart` has it."""
     words = {"number": str(number), "first": str(first)}
     words |= {"repeated": json.dumps(repeated)} if repeated else {}
     return PART, words | ({"reason": reason} if reason else {})

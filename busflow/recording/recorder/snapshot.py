@@ -66,7 +66,7 @@ class SnapshotRecorder(Extension):
     end_s = CLOSE_TIMEOUT_S
 
     def __init__(self, graph: Graph, spec: RecordSpec, snapshot: SnapshotSpec, share: Share | None = None) -> None:
-        """A recorder that begins to keep messages when the graph starts."""
+        """Create a recorder that begins to keep messages when the graph starts."""
         self._graph, self._spec, self._snapshot = graph, spec, snapshot
         self._clock, self._log = graph.clock, graph.log.bind("busflow")
         self._window = LastMoments(snapshot.most_bytes)
@@ -148,7 +148,7 @@ class SnapshotRecorder(Extension):
         return file.report()
 
     def report(self, report: Report) -> Report:
-        """The run's report, with those of its snapshots."""
+        """Return the run's report, with those of its snapshots."""
         now = {each.path: each.report() for each in self._open}
         return replace(report, snapshots=tuple((self._reports | now).values()))
 

@@ -114,7 +114,7 @@ class SnapshotFile:
         self._end(on_written)
 
     def report(self) -> SnapshotReport:
-        """The state of the snapshot."""
+        """Return the state of the snapshot."""
         return SnapshotReport(
             path=str(self.path),
             reason=self._reason,

@@ -41,7 +41,7 @@ class SnapshotShare(SnapshotRecorder):
         want: Callable[[str], None],
         on_report: Callable[[SnapshotReport], None],
     ) -> None:
-        """A recorder that begins to keep messages when the graph starts.
+        """Create a recorder that begins to keep messages when the graph starts.
 
         Args:
             graph: what runs in this process.
@@ -80,7 +80,7 @@ class SnapshotShare(SnapshotRecorder):
         return None
 
     def report(self, report: Report) -> Report:
-        """The run's report; the snapshots of all processes are in another extension's."""
+        """Return the run's report; the snapshots of all processes are in another extension's."""
         return report
 
     def write(self, path: Path, reason: str) -> None:

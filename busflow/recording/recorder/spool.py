@@ -167,7 +167,7 @@ class Spool:
 
 
 def reason_of(failure: Exception | None) -> str:
-    """The reason why a message was not recorded."""
+    """Return the reason why a message was not recorded."""
     if failure is None:
         return "messages come faster than they can be written"
     if isinstance(failure, OSError):

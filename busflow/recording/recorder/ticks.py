@@ -47,5 +47,5 @@ class Tick:
 
 
 def tick_message(timer: Timer, clock: Clock) -> String:
-    """A tick as it is recorded: the node's full name, the timer's, its period now, and how long the run has lasted."""
+    """Return a tick as it is recorded: the names of node and timer, the period now, and how long the run has lasted."""
     return String(data=f"{timer.node} {timer.name} {timer.period_s!r} {clock.elapsed_ns()}")

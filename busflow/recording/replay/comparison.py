@@ -52,7 +52,7 @@ class Difference:
         return f"{self.topic} #{self.number} at {self.time_s:.9f} s: {what}"
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return the difference as plain data."""
         facts = {"kind": self.kind.value, "topic": self.topic, "number": self.number, "time_s": self.time_s}
         fields = [{"path": each.path, "recorded": each.left, "replayed": each.right} for each in self.fields]
         return {**facts, "fields": fields, "text": str(self)}
@@ -81,7 +81,7 @@ class Check:
     def __init__(
         self, comparison: Comparison, *, started_ns: int, forgiven_from_ns: int | None = None, most: int = 1000
     ) -> None:
-        """A check of topics that have yet to be named.
+        """Create a check of topics that have yet to be named.
 
         Args:
             comparison: What counts as the same. Its tolerance of time holds for when a message was published, too.
@@ -115,7 +115,7 @@ class Check:
             self._compare(topic, recorded, published)
 
     def _counterpart(self, topic: str, side: Side, published: Published) -> Published | None:
-        """The counterpart of a message; None if it is yet to come, or was discarded."""
+        """Return the counterpart of a message; None if it is yet to come, or was discarded."""
         try:
             return self._pairs.take(topic, side, published)
         except LetGo:
@@ -123,7 +123,7 @@ class Check:
             return None
 
     def failed(self, node: str, time_ns: int, text: str) -> None:
-        """A node failed in the replay."""
+        """Add the failure of a node in the replay as a difference."""
         self._add(DifferenceKind.FAILURE, node, 0, time_ns, text)
 
     def finish(self) -> None:

@@ -69,7 +69,7 @@ class Replay:
             raise ReplayDiffers(self.render())
 
     def render(self, most: int = _SHOWN) -> str:
-        """The outcome in lines for people."""
+        """Return the outcome in lines for people."""
         pairs = ", ".join(f"{count} on {topic}" for topic, count in sorted(self.compared.items())) or "nothing"
         names = ", ".join(self.nodes)
         outcome = "the same as in" if self.same else f"{counted(self.difference_count, 'difference')} from"
@@ -80,7 +80,7 @@ class Replay:
         return "\n".join([*lines, *(f"  note: {each}" for each in self.notes)])
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return the outcome as plain data."""
         return {
             "recording": self.recording,
             "nodes": list(self.nodes),

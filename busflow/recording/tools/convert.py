@@ -35,7 +35,7 @@ class TargetFormat(StrEnum):
         return self in (TargetFormat.ROS2BAG, TargetFormat.CSV, TargetFormat.PARQUET)
 
     def fault(self, channel: Channel) -> BagError | None:
-        """The reason why messages of a channel cannot be written in this format; None if they can."""
+        """Return the reason why messages of a channel cannot be written in this format; None if they can."""
         if self is TargetFormat.ROS2BAG and channel.encoding == "cdr" and not channel.type_hash:
             return channel.fault  # a reader of ROS 2 wants the hash of each type, which is made of its definition
         if self in (TargetFormat.ROS2BAG, TargetFormat.MCAP):
@@ -113,7 +113,7 @@ def _write(sink: Sink, entries: Iterator[Entry], done: Converted, on_message: Ca
 def _entries(
     bag: Bag, wanted: Callable[[Channel], bool] | None, start_ns: int | None, end_ns: int | None
 ) -> Iterator[Entry]:
-    """The messages; those of several processes get numbers over all of them, since each has begun at 1."""
+    """Return the messages; those of several processes get numbers over all of them, since each has begun at 1."""
     if len(bag.series) == 1:
         return bag.entries(wanted, start_ns, end_ns)
     return renumbered(bag.numbered(wanted, start_ns, end_ns), [each.before for each in bag.series])
@@ -129,7 +129,7 @@ def _sink(
     *,
     partly: bool,
 ) -> Sink:
-    """A sink for the messages; imports only the libraries of its format."""
+    """Return a sink for the messages; imports only the libraries of its format."""
     match form:
         case TargetFormat.CSV:
             from busflow.recording.tools.to_csv import CsvFile

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def listed(value: Any) -> Any:
-    """The data of a message, or of a part of one.
+    """Return the data of a message, or of a part of one.
 
     >>> listed({"covariance": memoryview(b"ab"), "names": ("left", "right")})
     {'covariance': [97, 98], 'names': ['left', 'right']}
@@ -42,14 +42,14 @@ class FieldColumn:
         return ".".join(self.path)
 
     def value(self, message: Any) -> Any:
-        """The field's value in a message that is plain data."""
+        """Return the field's value in a message that is plain data."""
         for step in self.path:
             message = message[step]
         return message
 
 
 def columns(channel: Channel) -> tuple[FieldColumn, ...] | None:
-    """The columns of a channel's messages; None where their type does not decide them, as that of JSON does not.
+    """Return the columns of a channel's messages; None where their type does not decide them, as that of JSON does not.
 
     Raises:
         BagError: Messages of the channel cannot be read.

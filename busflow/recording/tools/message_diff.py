@@ -40,7 +40,7 @@ class Comparison:
     """The tolerance of times and durations: stamps that a handler takes from a running clock."""
 
     def differences(self, left: Any, right: Any, path: str = "") -> Iterator[FieldDifference]:
-        """The differences of two messages in the order of their fields; they are plain data, as of `Channel.plain`."""
+        """Yield the differences of two messages in the order of their fields; both are data of `Channel.plain`."""
         match left, right:
             case Mapping(), Mapping():
                 yield from self._of_mappings(cast("Mapping[str, Any]", left), cast("Mapping[str, Any]", right), path)

@@ -66,7 +66,7 @@ class Pairs(Generic[M]):
         self._size = 0
 
     def take(self, topic: str, side: Side, message: M) -> M | None:
-        """The counterpart of a message; None where there is none yet, and it waits itself.
+        """Return the counterpart of a message; None where there is none yet, and it waits itself.
 
         Raises:
             LetGo: It came, and was not kept.
@@ -87,7 +87,7 @@ class Pairs(Generic[M]):
         return None
 
     def left(self) -> Iterator[Lonely[M]]:
-        """The messages without counterpart, topic by topic."""
+        """Yield the messages without counterpart, topic by topic."""
         for topic, lane in self._lanes.items():
             if lane.waiting or lane.let_go:
                 yield Lonely(topic, lane.side, lane.waiting, lane.let_go)

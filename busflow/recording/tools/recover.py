@@ -115,7 +115,7 @@ class _Saved:
         return {**before, "complete": "false", "recovered": reasons}
 
     def _whole(self, ledger: dict[str, str]) -> dict[str, str]:
-        """The ledger of all parts."""
+        """Return the ledger of all parts."""
         whole = dict(joined([*self._earlier, ledger]))
         whole.pop("continued", None)
         return whole

@@ -67,7 +67,7 @@ def _cells(column: FieldColumn, message: Any) -> Iterator[object]:
 
 
 def _json(value: Any) -> str:
-    """A value on one line; numbers that JSON does not have are written as Python writes them."""
+    """Return a value on one line; numbers that JSON does not have are written as Python writes them."""
     return json.dumps(value, default=_as_list, ensure_ascii=False)
 
 

@@ -96,7 +96,7 @@ class McapCopy:
 
 
 def _of_all(bag: Bag) -> dict[str, str]:
-    """The ledger of a recording of several processes, which says of itself why it is not complete."""
+    """Return the ledger of a recording of several processes, which says of itself why it is not complete."""
     ledger = bag.ledger
     words = {"report": json.dumps(dict(bag.report)), "missed": str(ledger.missed if ledger else 0)}
     if ledger is not None and ledger.recorded is not None:
@@ -107,7 +107,7 @@ def _of_all(bag: Bag) -> dict[str, str]:
 
 
 def _definition(channel: Channel) -> bytes:
-    """A bag that only names its types gets the definitions of those that busflow knows."""
+    """Return the definition of a channel's type: busflow's own where the bag only names the type."""
     if channel.definition or channel.fault is not None:
         return channel.definition.encode()
     return channel.type.definition.encode()
@@ -141,7 +141,7 @@ class Rosbag2Directory:
 
 
 def _profiles(channel: Channel) -> str:
-    """The offered QoS in this version's words, whatever version the bag has."""
+    """Return the offered QoS in this version's words, whatever version the bag has."""
     try:
         found = offered(channel.qos)
     except BagError:  # no reader could have used it either

@@ -27,7 +27,7 @@ _WORDS = {"byte": "uint8", "char": "uint8", "wstring": "string", "bool": "bool_"
 
 
 def parquet_files(directory: Path) -> TopicFiles:
-    """A sink that writes a directory of Parquet files.
+    """Return a sink that writes a directory of Parquet files.
 
     Raises:
         BagError: pyarrow is not installed.
@@ -80,12 +80,12 @@ class ParquetFile:
 
 
 def _value(value: Any) -> Any:
-    """A field's value as Arrow takes it at once: an array of numbers by its buffer, not number by number."""
+    """Return a field's value as Arrow takes it at once: an array of numbers by its buffer, not number by number."""
     return np.asarray(value) if isinstance(value, memoryview) else value
 
 
 def _arrow() -> tuple[Any, Any]:
-    """Arrow and its Parquet; without types, for it has none."""
+    """Import Arrow and its Parquet; without types, for it has none."""
     try:
         return import_module("pyarrow"), import_module("pyarrow.parquet")
     except ImportError:

@@ -261,7 +261,7 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, s
 
 
 def _published(ledger: RunOutcome, *, elsewhere: bool) -> Mapping[str, tuple[int, int]]:
-    """By topic, the least and greatest number of published messages that the recording must have.
+    """Return, by topic, the least and greatest number of published messages that the recording must have.
 
     Not all of the run's topics are recorded, and what only the recorder writes is not in the run's report. Of what came
     from other processes, those that record themselves have recorded most.
@@ -276,5 +276,5 @@ def _published(ledger: RunOutcome, *, elsewhere: bool) -> Mapping[str, tuple[int
 
 
 def _of(bag: Bag, number: int) -> str:
-    """The prefix of a finding about one process's messages."""
+    """Return the prefix of a finding about one process's messages."""
     return "" if len(bag.series) == 1 else f"{bag.series[number].files[0].path.name}: "

@@ -95,7 +95,7 @@ class GraphView:
     """The answer of each process to `graph`, of which the views above are made; its timers and inbox are only here."""
 
     def topic(self, name: str) -> TopicView:
-        """The topic of a name, whose leading slash may be left out.
+        """Return the topic of a name, whose leading slash may be left out.
 
         Raises:
             NoSuchTarget: there is none; the message names the nearest.
@@ -103,7 +103,7 @@ class GraphView:
         return _named(name, self.topics, "topic")
 
     def service(self, name: str) -> TopicView:
-        """The service of a name, whose leading slash may be left out.
+        """Return the service of a name, whose leading slash may be left out.
 
         Raises:
             NoSuchTarget: there is none; the message names the nearest.
@@ -111,7 +111,7 @@ class GraphView:
         return _named(name, self.services, "service")
 
     def node(self, name: str) -> NodeView:
-        """The node of a name, whose leading slash may be left out.
+        """Return the node of a name, whose leading slash may be left out.
 
         Raises:
             NoSuchTarget: there is none; the message names the nearest.

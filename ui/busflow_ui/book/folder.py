@@ -81,7 +81,7 @@ def _files(place: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _is_inside(path: Path, root: Path) -> bool:
-    """Whether a file, with its links followed, is one of the folder."""
+    """Return whether a file, with its links followed, is one of the folder."""
     real = path.resolve()
     return real.is_file() and real.is_relative_to(root)
 

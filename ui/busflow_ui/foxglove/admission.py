@@ -51,7 +51,7 @@ class Admission:
 
 
 def is_local(host: str) -> bool:
-    """Whether a name or address means this machine and nothing beyond it.
+    """Return whether a name or address means this machine and nothing beyond it.
 
     >>> [is_local(each) for each in ("localhost", "127.0.0.1", "::1", "0.0.0.0", "robot.lab")]
     [True, True, True, False, False]

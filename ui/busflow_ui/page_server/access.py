@@ -66,7 +66,7 @@ class PageAdmission:
         return f"a page of {origin} may not connect; --allow-origin {origin} lets it look"
 
     def is_foreign(self, host: str | None, origin: str | None) -> bool:
-        """Whether a request comes from the page of another site."""
+        """Return whether a request comes from the page of another site."""
         return origin is not None and not self._is_own(host, origin)
 
     @staticmethod
