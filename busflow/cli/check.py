@@ -108,8 +108,8 @@ def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Proble
             description, about_machines = _as_seen(description, machine)
             found += about_machines
         plan = Graph([description], strict=strict).plan()
-        found += definition_problems(description, plan.members)
-        found += [*plan.problems, *(expectation_problems(description, plan.members) if plan.is_whole else ())]
+        found += definition_problems(description, plan.nodes)
+        found += [*plan.problems, *(expectation_problems(description, plan.nodes) if plan.is_whole else ())]
         placement = placed(description)
         if (placement.others or placement.elsewhere) and not is_simulated(description):
             from busflow.processes.crossing import crossing_problems

@@ -60,4 +60,4 @@ def _of_file(given: Given) -> Drawing:
     from busflow.cli.terminal.graph_drawing import Drawing
 
     description, plan = given.plan()
-    return Drawing.of_plan(description.name, plan.members)
+    return Drawing.of_plan(description.name, plan.nodes)

@@ -49,7 +49,7 @@ def test(
     if seeds is not None and seed is not None:
         raise click.UsageError("--seed and --seeds exclude each other", click.get_current_context())
     description, plan = given.plan()
-    if unknown := expectation_problems(description, plan.members):
+    if unknown := expectation_problems(description, plan.nodes):
         raise LaunchError(unknown)
     for_s = for_s or expectations_of(description).duration or DURATION_S
     trials = Trials(description, for_s)

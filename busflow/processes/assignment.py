@@ -106,27 +106,27 @@ class Memory:
     """Nodes that were stopped by hand when the process ended; they stay stopped."""
 
     def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:
-        """Return the members of a plan, with the parameters and restarts that they had when the process ended."""
-        return [self._restored(member, log) for member in plan.members]
+        """Return the nodes of a plan, with the parameters and restarts that they had when the process ended."""
+        return [self._restored(planned, log) for planned in plan.nodes]
 
-    def _restored(self, member: PlannedNode, log: Log) -> PlannedNode:
-        name = member.runtime.full_name
+    def _restored(self, planned: PlannedNode, log: Log) -> PlannedNode:
+        name = planned.runtime.full_name
         changes, restarts = self.parameters.get(name), self.restarts.get(name, 0)
-        former: Parameters = member.runtime.node.parameters
+        former: Parameters = planned.runtime.node.parameters
         try:
             parameters: Parameters = (
-                former if changes is None else NodeFactory(type(member.node)).parameters(changes["values"])
+                former if changes is None else NodeFactory(type(planned.node)).parameters(changes["values"])
             )
-            runtime = rebuild(member.runtime, parameters, restarts)
+            runtime = rebuild(planned.runtime, parameters, restarts)
         except BaseException as error:  # the code of a node may have been edited since, and may raise anything
             if not is_failure(error):
                 raise
             why = str(error) if isinstance(error, InvalidParameter) else f"{type(error).__name__}: {printable(error)}"
             log.bind(name).warning("parameters set at run time are not valid any more: the file's are used", reason=why)
-            return replace(member, node=rebuild(member.runtime, former, restarts).node)
+            return replace(planned, node=rebuild(planned.runtime, former, restarts).node)
         if changes is not None:
             runtime.parameters.remember(changes["set"], changes["times"])
-        return replace(member, node=runtime.node)
+        return replace(planned, node=runtime.node)
 
 
 def report_changes(bus: Bus, send: Callable[[Mapping[str, Any]], None]) -> None:

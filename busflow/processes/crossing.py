@@ -22,32 +22,32 @@ def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
     """Find the problems that the nodes have in these processes, and would not have in a single one."""
     if not (placement.others or placement.elsewhere):
         return
-    place = {member.runtime.full_name: placement.process_of(member.runtime.full_name) for member in plan.members}
+    place = {planned.runtime.full_name: placement.process_of(planned.runtime.full_name) for planned in plan.nodes}
     reported: set[type[Any]] = set()
-    for member, end, other in _pairs(plan.members, place):
+    for planned, end, other in _pairs(plan.nodes, place):
         if end.type not in reported and (why := _uncodable(end.type)):
             reported.add(end.type)
             text = f"{type_name(end.type)} cannot go from the process {place[other.node]} to {place[end.node]}: {why}"
-            yield _problem(member, "cannot-cross", text, f"put {other.node} and {end.node} into one process")
-    yield from _dependencies_apart(plan.members, placement, place)
-    for member in plan.members:
-        for received in member.subscriptions:
+            yield _problem(planned, "cannot-cross", text, f"put {other.node} and {end.node} into one process")
+    yield from _dependencies_apart(plan.nodes, placement, place)
+    for planned in plan.nodes:
+        for received in planned.subscriptions:
             if received.qos.overflow is Overflow.BLOCK:
-                yield from _unblockable(member, received, plan.members, place)
+                yield from _unblockable(planned, received, plan.nodes, place)
 
 
 def _dependencies_apart(
-    members: Sequence[PlannedNode], placement: Placement, place: Mapping[str, str]
+    nodes: Sequence[PlannedNode], placement: Placement, place: Mapping[str, str]
 ) -> Iterator[Problem]:
     """Report nodes and programs that depend on what is in another process, or is started by one."""
     programs = {each.name: process for process, specs in placement.programs.items() for each in specs}
     everywhere = {**place, **programs}
-    for member in members:
-        name = member.runtime.full_name
-        for other in member.supervision.depends_on:
+    for planned in nodes:
+        name = planned.runtime.full_name
+        for other in planned.supervision.depends_on:
             if everywhere.get(other, place[name]) != place[name]:
                 text, fix = _apart(name, other, is_program=other in programs)
-                yield _problem(member, "cannot-depend", text, fix)
+                yield _problem(planned, "cannot-depend", text, fix)
     for program in (each for specs in placement.programs.values() for each in specs):
         for other in program.supervision.depends_on:
             if everywhere.get(other, programs[program.name]) != programs[program.name]:
@@ -63,20 +63,20 @@ def _apart(name: str, other: str, *, is_program: bool) -> tuple[str, str]:
 
 
 def _pairs(
-    members: Sequence[PlannedNode], place: dict[str, str]
+    nodes: Sequence[PlannedNode], place: dict[str, str]
 ) -> Iterator[tuple[PlannedNode, Endpoint | ServiceEndpoint, Endpoint | ServiceEndpoint]]:
     """Pair each subscription and client with each publisher or server in another process that it uses."""
-    for member in members:
-        for received in member.subscriptions:
-            for other in members:
+    for planned in nodes:
+        for received in planned.subscriptions:
+            for other in nodes:
                 for published in other.publishers:
                     if published.topic == received.topic and place[published.node] != place[received.node]:
-                        yield member, received, published
-        for client in member.clients:
-            for other in members:
+                        yield planned, received, published
+        for client in planned.clients:
+            for other in nodes:
                 for server in other.servers:
                     if server.service == client.service and place[server.node] != place[client.node]:
-                        yield member, client, server
+                        yield planned, client, server
 
 
 def _uncodable(cls: type[Any]) -> str:
@@ -93,13 +93,13 @@ def _uncodable(cls: type[Any]) -> str:
 
 
 def _unblockable(
-    member: PlannedNode, received: Endpoint, members: Sequence[PlannedNode], place: dict[str, str]
+    planned: PlannedNode, received: Endpoint, nodes: Sequence[PlannedNode], place: dict[str, str]
 ) -> Iterator[Problem]:
     """Report publishers in other processes: they cannot wait until a full queue of this subscription has room."""
     here = place[received.node]
     others = [
         published.node
-        for other in members
+        for other in nodes
         for published in other.publishers
         if published.topic == received.topic and place[published.node] != here
     ]
@@ -107,11 +107,11 @@ def _unblockable(
         text = f"{received.origin} receives {received.topic} with overflow: block, and {', '.join(others)} in another "
         text += "process cannot wait for its queue: a message for which it has no room would be lost"
         fix = f"put them into one process (process: {here}), or give it a deep queue that drops its oldest"
-        yield _problem(member, "cannot-block", text, fix)
+        yield _problem(planned, "cannot-block", text, fix)
 
 
-def _problem(member: PlannedNode, code: str, text: str, fix: str) -> Problem:
-    origin = member.spec.origin if member.spec else None
+def _problem(planned: PlannedNode, code: str, text: str, fix: str) -> Problem:
+    origin = planned.spec.origin if planned.spec else None
     return Problem(
         code, text, fix, origin.place if origin else None, included_from=origin.included_from if origin else ()
     )
@@ -119,4 +119,4 @@ def _problem(member: PlannedNode, code: str, text: str, fix: str) -> Problem:
 
 def keep_main(plan: Plan, placement: Placement) -> None:
     """Remove from a plan all nodes but those of the main process of this machine."""
-    plan.members = [each for each in plan.members if placement.process_of(each.runtime.full_name) == placement.main]
+    plan.nodes = [each for each in plan.nodes if placement.process_of(each.runtime.full_name) == placement.main]

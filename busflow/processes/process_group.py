@@ -89,7 +89,7 @@ class ProcessGroup(Extension):
         if plan.errors:
             raise LaunchError(plan.errors)
         self._stated = [variable for each in graph.descriptions for variable in each.environment]
-        self._node_order = [each.runtime.full_name for each in plan.members]
+        self._node_order = [each.runtime.full_name for each in plan.nodes]
         self._prepare_recording(record, placement, plan)
         keep_main(plan, placement)
         self._main = placement.main

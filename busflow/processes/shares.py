@@ -48,9 +48,9 @@ def _listeners(plan: Plan, placement: Placement, processes: Sequence[str]) -> di
     """Map each topic to the first process that receives it, which also records messages from outside the run."""
     found: dict[str, str] = {}
     for process in processes:
-        for member in plan.members:
-            if placement.process_of(member.runtime.full_name) == process:
-                for received in member.subscriptions:
+        for planned in plan.nodes:
+            if placement.process_of(planned.runtime.full_name) == process:
+                for received in planned.subscriptions:
                     found.setdefault(received.topic, process)
     return found
 

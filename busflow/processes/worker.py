@@ -133,10 +133,10 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
     if assignment.record is not None:
         _record(graph, assignment.record, writer, commands)
     plan = graph.plan()
-    if len(plan.members) != len(assignment.nodes):
+    if len(plan.nodes) != len(assignment.nodes):
         raise LaunchError(plan.errors)
     if assignment.restarts:
-        plan.members = assignment.memory.restored(plan, graph.log)
+        plan.nodes = assignment.memory.restored(plan, graph.log)
         graph.held = frozenset(assignment.memory.stopped)
     report_changes(graph.bus, lambda changes: writer.send(parameters=changes))
     # The problems of this part are not those of the whole graph, which the main process has shown.

@@ -164,7 +164,7 @@ class Graph:
         if plan.errors:
             raise LaunchError(plan.errors)
         log_problems(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
-        self.supervisors += supervisors_of(plan.members, self._overseer(), self.extensions)
+        self.supervisors += supervisors_of(plan.nodes, self._overseer(), self.extensions)
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         loop = asyncio.get_running_loop()
         with ExitStack() as begun:
@@ -202,11 +202,11 @@ class Graph:
             for extension in self.extensions:
                 extension.node_dismissed(supervisor)
 
-    def admit(self, members: Sequence[PlannedNode]) -> None:
+    def admit(self, nodes: Sequence[PlannedNode]) -> None:
         """Start nodes beside those that run; used by busflow itself."""
         if self._lives is None or self.ending.is_set():
             return
-        supervisors = supervisors_of(members, self._overseer(), self.extensions, self.supervisors)
+        supervisors = supervisors_of(nodes, self._overseer(), self.extensions, self.supervisors)
         self.supervisors += supervisors
         for supervisor in supervisors:
             supervisor.runtime.connect(self.bus)

@@ -159,8 +159,8 @@ class Revision:
         parts = {
             "set": [f"{node} {name}" for node, changes in self.parameters.items() for name in changes],
             "stopped": self.leaving,
-            "started": [member.runtime.full_name for member in self.coming],
-            "restarted": [member.runtime.full_name for member in self.restarting],
+            "started": [planned.runtime.full_name for planned in self.coming],
+            "restarted": [planned.runtime.full_name for planned in self.restarting],
         }
         return {key: ", ".join(names) for key, names in parts.items() if names}
 
@@ -177,7 +177,7 @@ class _Stated:
 
 def _stated(plan: Plan) -> dict[str, _Stated]:
     """Return the nodes of a plan by name; the plan has not been started."""
-    return {member.runtime.full_name: _Stated(_shape(member), member.node.parameters) for member in plan.members}
+    return {planned.runtime.full_name: _Stated(_shape(planned), planned.node.parameters) for planned in plan.nodes}
 
 
 def revision(old: LaunchDescription, before: Mapping[str, _Stated], new: LaunchDescription, after: Plan) -> Revision:
@@ -186,18 +186,18 @@ def revision(old: LaunchDescription, before: Mapping[str, _Stated], new: LaunchD
     changed: dict[str, Mapping[str, object]] = {}
     coming: list[PlannedNode] = []
     restarting: list[PlannedNode] = []
-    for member in after.members:
-        former = present.pop(member.runtime.full_name, None)
+    for planned in after.nodes:
+        former = present.pop(planned.runtime.full_name, None)
         if former is None:
-            coming.append(member)
+            coming.append(planned)
             continue
-        parameters: Parameters = member.node.parameters
+        parameters: Parameters = planned.node.parameters
         changes = dict(_changes(former.parameters, parameters))
         read_only = {info.name for info in describe(type(parameters)) if info.read_only}
-        if former.shape != _shape(member) or read_only & changes.keys():
-            restarting.append(member)
+        if former.shape != _shape(planned) or read_only & changes.keys():
+            restarting.append(planned)
         elif changes:
-            changed[member.runtime.full_name] = changes
+            changed[planned.runtime.full_name] = changes
     later = (key for name, key in _LATER.items() if getattr(old, name) != getattr(new, name))
     return Revision(changed, tuple(present), tuple(coming), tuple(restarting), tuple(later))
 
@@ -209,7 +209,7 @@ async def apply(revision: Revision, graph: Graph) -> None:
             graph.set_parameters(name, changes)
         except InvalidParameter as refused:
             graph.log.bind(name).error("the node refuses what its launch file says now", reason=str(refused))
-    restarting = [member.runtime.full_name for member in revision.restarting]
+    restarting = [planned.runtime.full_name for planned in revision.restarting]
     await graph.dismiss([*revision.leaving, *restarting])
     graph.admit([*revision.restarting, *revision.coming])
 
@@ -221,10 +221,10 @@ def _changes(before: Parameters, after: Parameters) -> Iterator[tuple[str, objec
             yield info.name, value_of(after, info.name)
 
 
-def _shape(member: PlannedNode) -> str:
+def _shape(planned: PlannedNode) -> str:
     """Return everything of a node that cannot be changed while it runs."""
-    topics = [(end.topic, end.type, end.qos) for end in (*member.publishers, *member.subscriptions)]
-    services = [(end.service, end.type) for end in (*member.servers, *member.clients)]
-    spec = member.spec
+    topics = [(end.topic, end.type, end.qos) for end in (*planned.publishers, *planned.subscriptions)]
+    services = [(end.service, end.type) for end in (*planned.servers, *planned.clients)]
+    spec = planned.spec
     kept = (spec.plugin, [(rule.match, rule.replacement) for rule in spec.remap]) if spec is not None else None
-    return repr((type(member.node), kept, member.supervision, topics, services))
+    return repr((type(planned.node), kept, planned.supervision, topics, services))

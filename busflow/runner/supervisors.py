@@ -23,7 +23,7 @@ RESORT_S = 0.1
 
 
 def supervisors_of(
-    members: Sequence[PlannedNode],
+    nodes: Sequence[PlannedNode],
     overseer: Overseer,
     extensions: Sequence[Extension] = (),
     beside: Sequence[Supervisor] = (),
@@ -32,7 +32,7 @@ def supervisors_of(
 
     A name that is found nowhere is that of a program that takes no part, as on simulated time: nothing waits for it.
     """
-    supervisors = [Supervisor(each, overseer) for each in members]
+    supervisors = [Supervisor(each, overseer) for each in nodes]
     others = (each for extension in extensions for each in extension.prerequisites())
     by_name: dict[str, Prerequisite] = {each.name: each for each in (*others, *beside, *supervisors)}
     for supervisor in supervisors:

@@ -103,11 +103,11 @@ def expectations_of(description: LaunchDescription) -> ExpectKeys:
     return ExpectKeys() if description.expect is None else ExpectKeys.model_validate(description.expect.data)
 
 
-def expectation_problems(description: LaunchDescription, members: Sequence[PlannedNode]) -> list[Problem]:
+def expectation_problems(description: LaunchDescription, nodes: Sequence[PlannedNode]) -> list[Problem]:
     """Find expectations of topics and fields that the launch file's nodes do not have."""
     if description.expect is None:
         return []
-    types = {each.topic: each.type for member in members for each in (*member.publishers, *member.subscriptions)}
+    types = {each.topic: each.type for planned in nodes for each in (*planned.publishers, *planned.subscriptions)}
     found: list[Fault] = []
     for topic, expected in expectations_of(description).topics.items():
         if topic not in types:

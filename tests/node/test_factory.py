@@ -30,11 +30,11 @@ def test_impossible_values_are_refused_before_building_a_node():
 
 def test_a_rebuilt_node_keeps_surroundings_and_parameter_history():
     graph = Graph([LeftArm(speed=3.0, name="arm")])
-    (member,) = graph.plan().members
-    member.runtime.parameters.remember(["speed"], 4)
-    again = rebuild(member.runtime, ArmParameters(speed=5.0), 2)
-    assert again.node is not member.node
+    (planned,) = graph.plan().nodes
+    planned.runtime.parameters.remember(["speed"], 4)
+    again = rebuild(planned.runtime, ArmParameters(speed=5.0), 2)
+    assert again.node is not planned.node
     assert (again.full_name, again.node.parameters.speed) == ("/arm", 5.0)
-    assert again.surroundings.clock is member.runtime.surroundings.clock
-    assert (again.surroundings.life, member.runtime.surroundings.life) == (2, 0)
+    assert again.surroundings.clock is planned.runtime.surroundings.clock
+    assert (again.surroundings.life, planned.runtime.surroundings.life) == (2, 0)
     assert (again.parameters.set_at_run_time, again.parameters.times_set) == ({"speed"}, 4)

@@ -95,8 +95,8 @@ async def test_silent_partner_lets_the_oldest_go():
         assert lab.node(Stereo).alone == [("/left/image", 0, None), ("/left/image", 100, None)]
         left = next(line for line in lab.ledger if line.published)
         assert (left.published, left.delivered, left.drops, left.queued) == (5, 0, {"unpaired": 2}, 3)
-        (member, _) = (one for each in lab.graph.supervisors for one in each.runtime.endpoints.subscriptions)
-        assert member.remark == "its queue was full before /right/image had a message within 20 ms"
+        (planned, _) = (one for each in lab.graph.supervisors for one in each.runtime.endpoints.subscriptions)
+        assert planned.remark == "its queue was full before /right/image had a message within 20 ms"
 
 
 @virtual_time
@@ -261,8 +261,8 @@ async def test_override_without_decorator_stays_synchronized():
 
 
 def test_depth_is_the_queue_of_each_topic():
-    (member,) = Graph([Stereo]).plan().members
-    assert [each.qos for each in member.subscriptions] == [QoS(depth=3)] * 2
+    (planned,) = Graph([Stereo]).plan().nodes
+    assert [each.qos for each in planned.subscriptions] == [QoS(depth=3)] * 2
 
 
 @pytest.mark.asyncio

@@ -52,10 +52,10 @@ def next_life(memory, node=Sensor):
     """A node that was built from a plan, and its store, with what is remembered."""
     logged = []
     graph = Graph([node], sinks=(logged.append,))
-    (member,) = memory.restored(graph.plan(), graph.log)
+    (planned,) = memory.restored(graph.plan(), graph.log)
     return (
-        member.node,
-        {each.name: (each.value, str(each.source)) for each in runtime_of(member.node).parameters.describe()},
+        planned.node,
+        {each.name: (each.value, str(each.source)) for each in runtime_of(planned.node).parameters.describe()},
         logged,
     )
 

@@ -39,20 +39,20 @@ class Drawing:
         self._services: dict[str, _Link] = {}
 
     @classmethod
-    def of_plan(cls, name: str, members: Sequence[PlannedNode]) -> Self:
+    def of_plan(cls, name: str, nodes: Sequence[PlannedNode]) -> Self:
         """Return a drawing of the nodes of a plan."""
         from busflow.interfaces.message import type_name
 
         drawn = cls(name)
-        drawn._nodes = {member.runtime.full_name: member.plugin for member in members}
-        for member in members:
-            for end in member.publishers:
+        drawn._nodes = {planned.runtime.full_name: planned.plugin for planned in nodes}
+        for planned in nodes:
+            for end in planned.publishers:
                 _link(drawn._topics, end.topic, type_name(end.type)).sources.append(end.node)
-            for end in member.subscriptions:
+            for end in planned.subscriptions:
                 _link(drawn._topics, end.topic, type_name(end.type)).sinks.append(end.node)
-            for served in member.servers:
+            for served in planned.servers:
                 _link(drawn._services, served.service, type_name(served.type)).sinks.append(served.node)
-            for asked in member.clients:
+            for asked in planned.clients:
                 _link(drawn._services, asked.service, type_name(asked.type)).sources.append(asked.node)
         return drawn
 

@@ -108,12 +108,12 @@ def _ends(node: Node) -> dict[str, list[tuple[str, str]]]:
     plan = Preflight(clock, Log(clock)).plan(nodes=[(node, Supervision())])
     if plan.errors:
         raise LaunchError(plan.errors)
-    (member,) = plan.members
+    (planned,) = plan.nodes
     return {
-        "publishes": [(each.topic, type_name(each.type)) for each in member.publishers],
-        "receives": [(each.topic, type_name(each.type)) for each in member.subscriptions],
-        "serves": [(each.service, type_name(each.type)) for each in member.servers],
-        "calls": [(each.service, type_name(each.type)) for each in member.clients],
+        "publishes": [(each.topic, type_name(each.type)) for each in planned.publishers],
+        "receives": [(each.topic, type_name(each.type)) for each in planned.subscriptions],
+        "serves": [(each.service, type_name(each.type)) for each in planned.servers],
+        "calls": [(each.service, type_name(each.type)) for each in planned.clients],
     }
 
 

@@ -18,13 +18,13 @@ from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.model.description import LaunchDescription
 
 
-def definition_problems(description: LaunchDescription, members: Sequence[PlannedNode]) -> list[Problem]:
+def definition_problems(description: LaunchDescription, nodes: Sequence[PlannedNode]) -> list[Problem]:
     """Return a problem for each class of an endpoint that differs from its file in a folder of `interfaces`."""
     if not description.interfaces:
         return []
     folders = [each.path for each in description.interfaces]
     library, found = Library(folders), dict[str, list[Problem]]()
-    for cls in _classes(members):
+    for cls in _classes(nodes):
         for name, described in types_in(describe(cls)).items():
             owner = library.owner(name)
             if owner is not None and name not in found:
@@ -32,13 +32,13 @@ def definition_problems(description: LaunchDescription, members: Sequence[Planne
     return list(dict.fromkeys(problem for each in found.values() for problem in each))
 
 
-def _classes(members: Sequence[PlannedNode]) -> Iterator[type[Message | ServiceType]]:
+def _classes(nodes: Sequence[PlannedNode]) -> Iterator[type[Message | ServiceType]]:
     """Yield the classes of all endpoints that ROS can describe."""
-    for member in members:
-        for endpoint in (*member.publishers, *member.subscriptions):
+    for planned in nodes:
+        for endpoint in (*planned.publishers, *planned.subscriptions):
             if is_ros_type(endpoint.type):
                 yield endpoint.type
-        for endpoint in (*member.servers, *member.clients):
+        for endpoint in (*planned.servers, *planned.clients):
             if all(is_ros_type(part) for part in (endpoint.type.Request, endpoint.type.Response)):
                 yield endpoint.type
 

@@ -27,29 +27,29 @@ _ADVISED = 20
 """Problems of one kind that get the nearest name: each costs up to 20 ms on the loop, and all would be quadratic."""
 
 
-def unmatched_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
+def unmatched_ends(nodes: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
     """Yield topics without publisher or subscription and services without server, given all nodes of a graph.
 
     Args:
-        members: The nodes.
+        nodes: The nodes.
         topics: The topic entries of the launch file.
         strict: Make a missing publisher or server an error.
     """
-    meant = [name for member in members for name in _unused_names(member)]
-    yield from _unused_topic_entries(members, [each for each in topics if each.topic not in meant])
+    meant = [name for planned in nodes for name in _unused_names(planned)]
+    yield from _unused_topic_entries(nodes, [each for each in topics if each.topic not in meant])
     if not meant:
-        yield from _unmatched_topics(members, {each.topic for each in topics if each.external}, strict=strict)
-    yield from _unanswered_calls(members, strict=strict)
+        yield from _unmatched_topics(nodes, {each.topic for each in topics if each.external}, strict=strict)
+    yield from _unanswered_calls(nodes, strict=strict)
 
 
-def unused_entries(member: PlannedNode) -> Iterator[Problem]:
+def unused_entries(planned: PlannedNode) -> Iterator[Problem]:
     """Yield the QoS entries and remaps of a node that match none of its endpoints."""
-    spec = member.spec
+    spec = planned.spec
     if spec is None:
         return
     for kind, stated, endpoints in (
-        ("publish", spec.publishers, member.publishers),
-        ("subscribe to", spec.subscriptions, member.subscriptions),
+        ("publish", spec.publishers, planned.publishers),
+        ("subscribe to", spec.subscriptions, planned.subscriptions),
     ):
         topics = {endpoint.topic for endpoint in endpoints}
         for each in stated:
@@ -58,26 +58,26 @@ def unused_entries(member: PlannedNode) -> Iterator[Problem]:
                 known = topics | {endpoint.written for endpoint in endpoints}
                 fix = did_you_mean(each.topic, known, none=f"leave it out: the node does not {kind} any topic")
                 yield problem_at("unknown-topic", text, fix, each.origin)
-    ends = (*member.publishers, *member.subscriptions, *member.servers, *member.clients)
+    ends = (*planned.publishers, *planned.subscriptions, *planned.servers, *planned.clients)
     written = {endpoint.written for endpoint in ends}
     for rule in spec.remap:
-        if rule.match not in member.runtime.used_remaps:
+        if rule.match not in planned.runtime.used_remaps:
             text = f"the remap of {rule.match} matches no topic or service of {spec.full_name}"
             fix = did_you_mean(rule.match, written, none="leave it out: the node has no topics and no services")
             yield problem_at("unused-remap", text, fix, rule.origin)
 
 
-def _unused_names(member: PlannedNode) -> Iterator[str]:
+def _unused_names(planned: PlannedNode) -> Iterator[str]:
     """Yield the topic names that a node's unused remaps would give."""
-    spec = member.spec
+    spec = planned.spec
     for rule in spec.remap if spec is not None else ():
-        if spec is not None and rule.match not in member.runtime.used_remaps:
+        if spec is not None and rule.match not in planned.runtime.used_remaps:
             yield resolve(rule.replacement, node=spec.name, namespace=spec.namespace, remaps={}).name
 
 
-def _unused_topic_entries(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
+def _unused_topic_entries(nodes: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
     """Yield entries under `topics:` without an endpoint, or with another type than the endpoint."""
-    used = {endpoint.topic: endpoint for member in members for endpoint in (*member.publishers, *member.subscriptions)}
+    used = {endpoint.topic: endpoint for planned in nodes for endpoint in (*planned.publishers, *planned.subscriptions)}
     for spec in topics:
         endpoint = used.get(spec.topic)
         if endpoint is None:
@@ -89,37 +89,37 @@ def _unused_topic_entries(members: Sequence[PlannedNode], topics: Sequence[Topic
             yield problem_at("type-mismatch", text, f"write type: {actual}", spec.origin)
 
 
-def _unmatched_topics(members: Sequence[PlannedNode], external: Collection[str], *, strict: bool) -> Iterator[Problem]:
-    published = {endpoint.topic for member in members for endpoint in member.publishers}
-    received = {endpoint.topic for member in members for endpoint in member.subscriptions}
+def _unmatched_topics(nodes: Sequence[PlannedNode], external: Collection[str], *, strict: bool) -> Iterator[Problem]:
+    published = {endpoint.topic for planned in nodes for endpoint in planned.publishers}
+    received = {endpoint.topic for planned in nodes for endpoint in planned.subscriptions}
     advised = _ADVISED
-    for member in members:
-        for endpoint in member.subscriptions:
+    for planned in nodes:
+        for endpoint in planned.subscriptions:
             if action_of(endpoint.topic) is not None:  # its action's services are compared
                 continue
             if endpoint.topic not in published and endpoint.topic not in {*external, *UNANNOUNCED}:
                 advised -= 1
                 near = did_you_mean(endpoint.topic, published) if published and advised >= 0 else None
                 outside = f"if it is published from outside: topics: {{{endpoint.topic}: {{external: true}}}}"
-                fixes = [near, outside if member.spec is not None else None]
-                yield member.problem(
+                fixes = [near, outside if planned.spec is not None else None]
+                yield planned.problem(
                     "nobody-publishes",
                     f"{endpoint.origin} of {endpoint.node} receives {endpoint.topic}, which has no publisher",
                     "; ".join(filter(None, fixes)) or None,
                     Severity.ERROR if strict else Severity.WARNING,
                 )
-        for endpoint in member.publishers:
+        for endpoint in planned.publishers:
             if endpoint.topic not in received and endpoint.topic not in external and action_of(endpoint.topic) is None:
                 text = f"{endpoint.origin} of {endpoint.node} publishes {endpoint.topic}, which has no subscription"
-                yield member.problem("nobody-receives", text, None, Severity.INFO)
+                yield planned.problem("nobody-receives", text, None, Severity.INFO)
 
 
-def _unanswered_calls(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
-    served = {endpoint.service for member in members for endpoint in member.servers}
+def _unanswered_calls(nodes: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
+    served = {endpoint.service for planned in nodes for endpoint in planned.servers}
     names = {True: _actions_among(served), False: {name for name in served if action_of(name) is None}}
     advised = _ADVISED
-    for member in members:
-        for endpoint in member.clients:
+    for planned in nodes:
+        for endpoint in planned.clients:
             if endpoint.service not in served and not _is_beside_goals(endpoint):
                 action = _action(endpoint)
                 what = _said(endpoint, "calls", "sends goals to")
@@ -131,7 +131,7 @@ def _unanswered_calls(members: Sequence[PlannedNode], *, strict: bool) -> Iterat
                     if advised >= 0
                     else None
                 )
-                yield member.problem("nobody-answers", text, fix, severity)
+                yield planned.problem("nobody-answers", text, fix, severity)
 
 
 def _actions_among(services: Collection[str]) -> set[str]:
@@ -160,60 +160,58 @@ def _spellings(endpoint: Endpoint) -> tuple[str, str]:
     return full, full.replace("/msg/", "/")
 
 
-def conflicts(
-    members: Sequence[PlannedNode], topics: Sequence[TopicSpec] = (), *, qos: bool = True
-) -> Iterator[Problem]:
+def conflicts(nodes: Sequence[PlannedNode], topics: Sequence[TopicSpec] = (), *, qos: bool = True) -> Iterator[Problem]:
     """Yield nodes with the same name, and topics and services whose endpoints do not fit; compare QoS if `qos`."""
-    yield from _duplicate_names(members)
-    yield from _type_conflicts(members)
+    yield from _duplicate_names(nodes)
+    yield from _type_conflicts(nodes)
     if qos:
-        yield from _qos_conflicts(members, topics)
-    yield from _service_conflicts(members)
+        yield from _qos_conflicts(nodes, topics)
+    yield from _service_conflicts(nodes)
 
 
-def _duplicate_names(members: Sequence[PlannedNode]) -> Iterator[Problem]:
+def _duplicate_names(nodes: Sequence[PlannedNode]) -> Iterator[Problem]:
     seen: dict[str, PlannedNode] = {}
-    for member in members:
-        first = seen.setdefault(member.runtime.full_name, member)
-        if first is not member:
+    for planned in nodes:
+        first = seen.setdefault(planned.runtime.full_name, planned)
+        if first is not planned:
             where = f", first at {first.place}" if first.place else ""
-            yield member.problem(
+            yield planned.problem(
                 "duplicate-node",
-                f"two nodes are called {member.runtime.full_name}{where}",
+                f"two nodes are called {planned.runtime.full_name}{where}",
                 "give one of them another name or namespace",
             )
 
 
-def _type_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
+def _type_conflicts(nodes: Sequence[PlannedNode]) -> Iterator[Problem]:
     """Yield endpoints whose type differs from that of the topic's first endpoint."""
     first: dict[str, Endpoint] = {}
-    for member, endpoint in ((each, end) for each in members for end in (*each.publishers, *each.subscriptions)):
+    for planned, endpoint in ((each, end) for each in nodes for end in (*each.publishers, *each.subscriptions)):
         stated = first.setdefault(endpoint.topic, endpoint)
         if stated.type is not endpoint.type and action_of(endpoint.topic) is None:
-            yield member.problem(
+            yield planned.problem(
                 "type-mismatch",
                 f"{endpoint.origin} uses {endpoint.topic} as {type_name(endpoint.type)}, but {stated.origin} "
                 f"uses it as {type_name(stated.type)}",
                 f"use one type on both ends, or remap one of them: remap: {{{endpoint.written}: another_name}}",
-                at=type_place(member, endpoint),
+                at=type_place(planned, endpoint),
             )
 
 
-def _qos_conflicts(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
+def _qos_conflicts(nodes: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
     offers: dict[str, list[tuple[PlannedNode, Endpoint]]] = defaultdict(list)
-    for member in members:
-        for endpoint in member.publishers:
-            offers[endpoint.topic].append((member, endpoint))
-    for member in members:
-        for requested in member.subscriptions:
+    for planned in nodes:
+        for endpoint in planned.publishers:
+            offers[endpoint.topic].append((planned, endpoint))
+    for planned in nodes:
+        for requested in planned.subscriptions:
             for publisher, offered in offers[requested.topic]:
                 found = compatibility(offered.qos, requested.qos)
                 if found.verdict is Verdict.ERROR:
                     ends = (
-                        StatedQoS.of("subscriptions", member, requested, found.requests, topics),
+                        StatedQoS.of("subscriptions", planned, requested, found.requests, topics),
                         StatedQoS.of("publishers", publisher, offered, found.offers, topics),
                     )
-                    yield member.problem(
+                    yield planned.problem(
                         "qos-mismatch",
                         f"{requested.origin} of {requested.node} cannot receive {requested.topic} from "
                         f"{offered.node}: {'; '.join(found.reasons)}",
@@ -222,27 +220,27 @@ def _qos_conflicts(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) 
                     )
 
 
-def _service_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
+def _service_conflicts(nodes: Sequence[PlannedNode]) -> Iterator[Problem]:
     """Yield services with several types or several servers."""
     stated: dict[str, ServiceEndpoint] = {}
     served: dict[str, ServiceEndpoint] = {}
-    for member in members:
-        for endpoint in (*member.servers, *member.clients):
+    for planned in nodes:
+        for endpoint in (*planned.servers, *planned.clients):
             first = stated.setdefault(endpoint.service, endpoint)
             if first.type is not endpoint.type and not _is_beside_goals(endpoint):
                 what = _said(endpoint, "the service", "the action")
                 text = f"{endpoint.origin} uses {what} as {_type_of(endpoint)}, but "
                 text += f"{first.origin} uses it as {_type_of(first)}"
                 fix = _rename(endpoint, "use one type on both ends")
-                yield member.problem("type-mismatch", text, fix, at=type_place(member, endpoint))
-        for endpoint in member.servers:
+                yield planned.problem("type-mismatch", text, fix, at=type_place(planned, endpoint))
+        for endpoint in planned.servers:
             first = served.setdefault(endpoint.service, endpoint)
             if first is not endpoint and not _is_beside_goals(endpoint):
                 what, verb = _said(endpoint, "answers", "serves"), "answers" if _action(endpoint) is None else "serves"
                 text = (
                     f"{endpoint.origin} of {endpoint.node} {what}, which {first.origin} of {first.node} {verb} already"
                 )
-                yield member.problem("two-servers", text, _rename(endpoint))
+                yield planned.problem("two-servers", text, _rename(endpoint))
 
 
 def _type_of(endpoint: ServiceEndpoint) -> str:

@@ -45,10 +45,10 @@ T = TypeVar("T")
 class Plan:
     """Nodes of a graph, built and checked, and the problems found; without errors they are ready to start."""
 
-    members: list[PlannedNode] = field(default_factory=list[PlannedNode])
+    nodes: list[PlannedNode] = field(default_factory=list[PlannedNode])
     problems: list[Problem] = field(default_factory=list[Problem])
     is_whole: bool = True
-    """Whether all nodes of the graph are among the members, with their right names."""
+    """Whether every node of the graph is among them, with its right name."""
 
     @property
     def errors(self) -> list[Problem]:
@@ -80,21 +80,21 @@ class Preflight:
                 plan.problems[start:] = for_machine(description.here, spec, plan.problems[start:])
         for node, supervision in nodes:
             self._declare(plan, PlannedNode(node, type(node).__name__, None, supervision), topics)
-        _announce_parameters(plan.members)
+        _announce_parameters(plan.nodes)
         doubts = frozenset[Doubt]().union(*(each.doubts for each in descriptions))
-        plan.problems += conflicts(plan.members, topics, qos=Doubt.QOS not in doubts)
-        for member in plan.members:
-            plan.problems += unused_entries(member)
+        plan.problems += conflicts(plan.nodes, topics, qos=Doubt.QOS not in doubts)
+        for planned in plan.nodes:
+            plan.problems += unused_entries(planned)
         plan.problems += program_problems(descriptions, simulated=self.clock.kind == "sim")
         plan.problems += unused_places(descriptions)
         number = len(nodes) + sum(len(each.nodes) for each in descriptions)
-        plan.is_whole = len(plan.members) == number and Doubt.NODES not in doubts
+        plan.is_whole = len(plan.nodes) == number and Doubt.NODES not in doubts
         if plan.is_whole:
             # With a node missing, the others may only seem to be unmatched.
-            plan.problems += unmatched_ends(plan.members, topics, strict=self.strict)
+            plan.problems += unmatched_ends(plan.nodes, topics, strict=self.strict)
             if Doubt.PROGRAMS not in doubts:
                 plan.problems += supervision_problems(
-                    plan.members, [one for each in descriptions for one in each.programs]
+                    plan.nodes, [one for each in descriptions for one in each.programs]
                 )
         plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
         return plan
@@ -137,11 +137,11 @@ class Preflight:
         node = _guarded(aside, spec, "", partial(factory.build, parameters))
         if node is not None:
             self._declare(aside, PlannedNode(node, spec.plugin, spec, spec.supervision), topics)
-        plan.members += aside.members
+        plan.nodes += aside.nodes
 
-    def _declare(self, plan: Plan, member: PlannedNode, topics: Sequence[TopicSpec]) -> None:
+    def _declare(self, plan: Plan, planned: PlannedNode, topics: Sequence[TopicSpec]) -> None:
         """Give a node its surroundings and let it declare its endpoints."""
-        runtime, spec = member.runtime, member.spec
+        runtime, spec = planned.runtime, planned.spec
         stated = _layers(topics, (), runtime.name, "/")
         around = Surroundings(self.clock, self.log, self.seed, publisher_qos=stated, subscription_qos=stated)
         if spec is not None:
@@ -156,8 +156,8 @@ class Preflight:
                 packages=spec.packages,
             )
         what = f"{runtime.name} cannot declare its endpoints"
-        if _guarded(plan, spec, what, lambda: (runtime.declare(around), member)) is not None:
-            plan.members.append(member)
+        if _guarded(plan, spec, what, lambda: (runtime.declare(around), planned)) is not None:
+            plan.nodes.append(planned)
 
 
 def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T]) -> T | None:
@@ -201,11 +201,11 @@ def _source(spec: NodeSpec, name: str) -> ValueSource | None:
     return ValueSource(str(origin), origin.place if origin.source is StatedBy.FILE else None)
 
 
-def _announce_parameters(members: Sequence[PlannedNode]) -> None:
+def _announce_parameters(nodes: Sequence[PlannedNode]) -> None:
     """Let all nodes publish their parameter changes from the start if a node of the graph receives them."""
-    if any(endpoint.topic == PARAMETER_EVENTS for member in members for endpoint in member.subscriptions):
-        for member in members:
-            member.runtime.parameter_events.declare()
+    if any(endpoint.topic == PARAMETER_EVENTS for planned in nodes for endpoint in planned.subscriptions):
+        for planned in nodes:
+            planned.runtime.parameter_events.declare()
 
 
 def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:

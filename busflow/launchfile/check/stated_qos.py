@@ -29,7 +29,7 @@ class StatedQoS:
     def of(
         cls,
         section: str,
-        member: PlannedNode,
+        planned: PlannedNode,
         endpoint: Endpoint,
         wanted: Sequence[str],
         topics: Sequence[TopicSpec],
@@ -38,12 +38,12 @@ class StatedQoS:
 
         Args:
             section: The key of the launch file for endpoints of this kind, `publishers` or `subscriptions`.
-            member: The endpoint's node.
+            planned: The endpoint's node.
             endpoint: The endpoint.
             wanted: The fields as they should be.
             topics: The topic entries of the launch file.
         """
-        spec, keys = member.spec, [each.partition(":")[0] for each in wanted]
+        spec, keys = planned.spec, [each.partition(":")[0] for each in wanted]
         own: Sequence[EndpointSpec] = getattr(spec, section) if spec is not None else ()
         here = [each for each in own if spec and each.full_topic(spec.name, spec.namespace) == endpoint.topic]
         for entry in (*here, *(each for each in topics if each.topic == endpoint.topic)):
@@ -55,15 +55,15 @@ class StatedQoS:
         if spec is not None:
             lines = f"{section}: {{{endpoint.topic}: {{{', '.join(wanted)}}}}}"
             fix = f"write `{lines}` below {spec.full_name.removeprefix('/')}{where}"
-        return cls(_line_of(member, endpoint) if _states(endpoint.stated, keys) else (), fix)
+        return cls(_line_of(planned, endpoint) if _states(endpoint.stated, keys) else (), fix)
 
 
-def type_place(member: PlannedNode, endpoint: Endpoint | ServiceEndpoint) -> tuple[Place, ...]:
+def type_place(planned: PlannedNode, endpoint: Endpoint | ServiceEndpoint) -> tuple[Place, ...]:
     """Return where an endpoint got its name and type: its remap in the launch file, else its line in the class."""
-    for rule in member.spec.remap if member.spec is not None and endpoint.remap_rule else ():
+    for rule in planned.spec.remap if planned.spec is not None and endpoint.remap_rule else ():
         if rule.match == endpoint.remap_rule:
             return rule.origin.trail
-    return _line_of(member, endpoint)
+    return _line_of(planned, endpoint)
 
 
 def _place_in(entry: EndpointSpec, keys: Sequence[str]) -> tuple[Place, ...]:
@@ -75,8 +75,8 @@ def _place_in(entry: EndpointSpec, keys: Sequence[str]) -> tuple[Place, ...]:
     return entry.stated.origin.trail
 
 
-def _line_of(member: PlannedNode, endpoint: Endpoint | ServiceEndpoint) -> tuple[Place, ...]:
-    return (line(*endpoint.line), *member.trail) if endpoint.line is not None else ()
+def _line_of(planned: PlannedNode, endpoint: Endpoint | ServiceEndpoint) -> tuple[Place, ...]:
+    return (line(*endpoint.line), *planned.trail) if endpoint.line is not None else ()
 
 
 def _states(fields: AbstractSet[str], keys: Sequence[str]) -> bool:

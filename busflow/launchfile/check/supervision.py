@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.planned_node import PlannedNode
 
 
-def supervision_problems(members: Sequence[PlannedNode], programs: Sequence[ProgramSpec] = ()) -> Iterator[Problem]:
+def supervision_problems(nodes: Sequence[PlannedNode], programs: Sequence[ProgramSpec] = ()) -> Iterator[Problem]:
     """Yield dependencies and restarts that are impossible for these nodes and programs."""
-    known: dict[str, PlannedNode | ProgramSpec] = {member.runtime.full_name: member for member in members}
+    known: dict[str, PlannedNode | ProgramSpec] = {planned.runtime.full_name: planned for planned in nodes}
     known |= {program.name: program for program in programs}
     for name, each in known.items():
         yield from _unmet_dependencies(name, each, known)
-    for member in members:
-        yield from _not_restartable(member)
+    for planned in nodes:
+        yield from _not_restartable(planned)
     circle = cycle(
         {name: [other for other in each.supervision.depends_on if other in known] for name, each in known.items()}
     )
@@ -62,17 +62,17 @@ def _unmet_by_program(
         yield _at_dependency(waiting, program.name, "never-ready", text, fix)
 
 
-def _not_restartable(member: PlannedNode) -> Iterator[Problem]:
+def _not_restartable(planned: PlannedNode) -> Iterator[Problem]:
     """Yield a restart that is impossible because the node's class needs further arguments."""
-    if member.supervision.restart.when is Restart.NEVER:
+    if planned.supervision.restart.when is Restart.NEVER:
         return
-    kind = type(member.node)
+    kind = type(planned.node)
     try:
-        inspect.signature(kind).bind(member.node.parameters, name=member.runtime.name)
+        inspect.signature(kind).bind(planned.node.parameters, name=planned.runtime.name)
     except TypeError as error:
-        text = f"{member.runtime.full_name} cannot be restarted: {kind.__name__}(parameters, name=…) has {error}"
+        text = f"{planned.runtime.full_name} cannot be restarted: {kind.__name__}(parameters, name=…) has {error}"
         fix = f"let {kind.__name__}.__init__ take (parameters, *, name) as Node's does, or leave restart out"
-        yield Problem("restart", text, fix, member.place)
+        yield Problem("restart", text, fix, planned.place)
 
 
 def _at_dependency(waiting: PlannedNode | ProgramSpec, other: str, code: str, message: str, fix: str | None) -> Problem:

@@ -45,13 +45,13 @@ class Calls(Extension):
             past: The facts of the recording: the services that were answered, and the goals that were sent.
         """
         self._graph, self._check = graph, check
-        members = graph.plan().members
-        self._gids = {client_gid(each.runtime.full_name).tobytes(): each.runtime.full_name for each in members}
+        nodes = graph.plan().nodes
+        self._gids = {client_gid(each.runtime.full_name).tobytes(): each.runtime.full_name for each in nodes}
         sent = {(service, self._gids[gid]): ids for (service, gid), ids in past.goals.items() if gid in self._gids}
         self.goals: SentGoals = SentGoals(sent)
         """The goals that the nodes send."""
-        served = {end.service: end.type for each in members for end in each.servers}
-        called = {end.service: end.type for each in members for end in each.clients}
+        served = {end.service: end.type for each in nodes for end in each.servers}
+        called = {end.service: end.type for each in nodes for end in each.clients}
         actions = {action_of(name) for name in past.answered} - {None}
         self._stand_ins: dict[str, StandIn] = {
             name: StandIn(name, service_type, check, graph.clock, self.goals)

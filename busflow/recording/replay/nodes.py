@@ -70,11 +70,11 @@ def replay_plan(
         raise BagError(f"{owner} node {name}", fix=did_you_mean(name, known, none="name a launch file that has nodes"))
     for description in files:
         chosen = [spec for spec in description.nodes if not wanted or spec.full_name in wanted]
-        members = Preflight(clock, log).plan([description]).members
-        plan.notes += _overruled(members, {spec.full_name for spec in chosen}, recorded)
+        planned = Preflight(clock, log).plan([description]).nodes
+        plan.notes += _overruled(planned, {spec.full_name for spec in chosen}, recorded)
         names = {spec.full_name for spec in chosen}
-        plan.others_publish |= set(_published(each for each in members if each.runtime.full_name not in names))
-        used = set(_topics(each for each in members if each.runtime.full_name in names))
+        plan.others_publish |= set(_published(each for each in planned if each.runtime.full_name not in names))
+        used = set(_topics(each for each in planned if each.runtime.full_name in names))
         plan.what.append(
             replace(
                 description,
@@ -89,9 +89,9 @@ def replay_plan(
     return plan
 
 
-def _overruled(members: Iterable[PlannedNode], names: Collection[str], recorded: Recorded) -> Iterator[str]:
+def _overruled(nodes: Iterable[PlannedNode], names: Collection[str], recorded: Recorded) -> Iterator[str]:
     """Yield a note for each value of a launch file or argument that gives way to another, recorded value."""
-    for each in members:
+    for each in nodes:
         spec, values = each.spec, recorded.get(each.runtime.full_name, {})
         if spec is None or spec.full_name not in names:
             continue
@@ -105,12 +105,12 @@ def _overruled(members: Iterable[PlannedNode], names: Collection[str], recorded:
                 yield f"{spec.full_name} has {info.name} = {then!r}, as recorded, and not {now!r} ({stated.origin})"
 
 
-def _published(members: Iterator[PlannedNode]) -> Iterator[str]:
-    yield from (end.topic for each in members for end in each.publishers if end.topic not in OF_THE_RUN)
+def _published(nodes: Iterator[PlannedNode]) -> Iterator[str]:
+    yield from (end.topic for each in nodes for end in each.publishers if end.topic not in OF_THE_RUN)
 
 
-def _topics(members: Iterator[PlannedNode]) -> Iterator[str]:
-    yield from (end.topic for each in members for end in (*each.publishers, *each.subscriptions))
+def _topics(nodes: Iterator[PlannedNode]) -> Iterator[str]:
+    yield from (end.topic for each in nodes for end in (*each.publishers, *each.subscriptions))
 
 
 def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, plan: ReplayPlan) -> NodeSpec:

@@ -162,28 +162,28 @@ async def _replay(
     plan = graph.plan()
     if plan.errors:
         raise LaunchError(plan.errors)
-    members = tuple(each.runtime.full_name for each in plan.members)
-    if not members:
+    nodes = tuple(each.runtime.full_name for each in plan.nodes)
+    if not nodes:
         raise BagError("there is no node to run: name a launch file or node classes")
-    _refuse_unrelated(bag, plan.members, past)
+    _refuse_unrelated(bag, plan.nodes, past)
     if record is not None:
         record_graph(graph, str(record))
     ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
     check = Check(comparison, started_ns=past.started_ns, forgiven_from_ns=ending)
     rerun = Rerun(graph, bag, past, check, clock=clock, others_publish=replayed.others_publish, keep=keep)
-    with closing(ComingTicks(bag, members, past.ticks, in_order=past.ticks_in_order)) as coming:
+    with closing(ComingTicks(bag, nodes, past.ticks, in_order=past.ticks_in_order)) as coming:
         clock.expect(coming)
         await rerun.run()
     check.finish()
     if not any(check.compared.values()) and not check.count:
         published = ", ".join(sorted(check.compared)) or "nothing"
         raise BagError(
-            f"there is nothing to compare: {', '.join(members)} publishes {published}, and neither the recording nor "
+            f"there is nothing to compare: {', '.join(nodes)} publishes {published}, and neither the recording nor "
             "the replay has a message there"
         )
     outputs = {topic: list(messages) for topic, messages in rerun.outputs.items()}
     notes = [*replayed.notes, *rerun.notes]
-    return Replay(str(bag.path), members, check.differences, check.count, dict(check.compared), outputs, log, notes)
+    return Replay(str(bag.path), nodes, check.differences, check.count, dict(check.compared), outputs, log, notes)
 
 
 def _comparison(bag: Bag, tolerance: float, time_tolerance_s: float | None) -> Comparison:
@@ -193,11 +193,11 @@ def _comparison(bag: Bag, tolerance: float, time_tolerance_s: float | None) -> C
     return Comparison(tolerance, round(time_tolerance_s * NS_PER_S))
 
 
-def _refuse_unrelated(bag: Bag, members: Sequence[PlannedNode], past: Past) -> None:
+def _refuse_unrelated(bag: Bag, nodes: Sequence[PlannedNode], past: Past) -> None:
     """Refuse nodes of which nothing was recorded; a node that published nothing is known by its parameters."""
-    names = {each.runtime.full_name for each in members}
-    topics = {end.topic for each in members for end in (*each.publishers, *each.subscriptions)} - OF_THE_RUN
-    services = {end.service + SUFFIX for each in members for end in (*each.servers, *each.clients)}
+    names = {each.runtime.full_name for each in nodes}
+    topics = {end.topic for each in nodes for end in (*each.publishers, *each.subscriptions)} - OF_THE_RUN
+    services = {end.service + SUFFIX for each in nodes for end in (*each.servers, *each.clients)}
     known = {*past.parameters, *(node for node, _ in past.ticks)}
     if topics and not names & known and not (topics | services) & {each.topic for each in bag.channels}:
         raise BagError(

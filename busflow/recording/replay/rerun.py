@@ -70,7 +70,7 @@ class Rerun:
         self.notes: list[str] = []
         self._graph, self._bag, self._past, self._check, self._clock = graph, bag, past, check, clock
         self._loop = cast("VirtualLoop", asyncio.get_running_loop())
-        self._nodes = {each.runtime.full_name for each in graph.plan().members}
+        self._nodes = {each.runtime.full_name for each in graph.plan().nodes}
         self._others, self._keep = others_publish, keep
         self._channels = {each.topic: each for each in bag.channels}
         self._published: dict[str, str] = {}

@@ -169,8 +169,8 @@ def test_names_are_expanded_and_remapped_as_topics_are(tmp_path):
     file.write_text(text)
     plan = busflow.launch(file).plan()
     assert plan.problems == []
-    (member,) = plan.members
-    assert [each.service for each in (*member.servers, *member.clients)] == ["/left/one/reset", "/left/one/reset"]
+    (planned,) = plan.nodes
+    assert [each.service for each in (*planned.servers, *planned.clients)] == ["/left/one/reset", "/left/one/reset"]
     file.write_text(text.replace("plain:", "plane:"))
     found = [(problem.code, problem.fix) for problem in busflow.launch(file).plan().errors]
     assert found == [("unused-remap", "did you mean 'plain'?")]

@@ -44,7 +44,7 @@ def test_external_topic_without_endpoint_is_unknown(check):
 
 def test_topics_of_two_namespaces_are_distinct(check):
     plan = check("plugins: [plugins]\nnodes:\n  left/talker: {plugin: talker}\n  right/listener: {plugin: listener}\n")
-    assert plan.members[0].publishers[0].topic == "/left/numbers"
+    assert plan.nodes[0].publishers[0].topic == "/left/numbers"
     assert any("receives /right/numbers" in problem.message for problem in plan.problems)
 
 
@@ -112,7 +112,7 @@ def test_dependencies_that_can_never_be_met_are_errors(check):
 
 
 def test_planned_node_reports_at_its_launch_file_entry(check):
-    talker, listener = check(BASE).members
+    talker, listener = check(BASE).nodes
     assert [each.topic for each in talker.publishers] == [each.topic for each in listener.subscriptions] == ["/numbers"]
     assert (talker.servers, talker.clients) == ([], [])
     assert str(listener.problem("code", "message", None).place) == "lab1.yaml:4:3"

@@ -29,7 +29,7 @@ BASE = "plugins: [plugins]\nnodes:\n  talker: {plugin: talker}\n  listener: {plu
 def test_correct_graph_has_no_problem(check):
     plan = check(BASE)
     assert rendered(plan) == ""
-    assert [member.runtime.full_name for member in plan.members] == ["/talker", "/listener"]
+    assert [planned.runtime.full_name for planned in plan.nodes] == ["/talker", "/listener"]
 
 
 @pytest.mark.parametrize(
@@ -169,9 +169,9 @@ def test_layers_of_qos_are_merged_field_by_field(check):
         )
         + "topics: {/numbers: {qos: {depth: 3, reliability: best_effort, overflow: block}}}\n"
     )
-    numbers = plan.members[1].subscriptions[0].qos
+    numbers = plan.nodes[1].subscriptions[0].qos
     assert (numbers.depth, numbers.overflow.value, numbers.reliability.value) == (3, "drop_newest", "best_effort")
-    assert plan.members[0].publishers[0].qos.depth == 3
+    assert plan.nodes[0].publishers[0].qos.depth == 3
 
 
 class Loud(Node):
