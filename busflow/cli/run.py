@@ -101,7 +101,7 @@ def run(
     with importing():
         from busflow.cli.running import Run
 
-    run = Run(given, spread="one" if one_process else processes, inspect=not no_inspect, **options)
+    run = Run(given, layout="one" if one_process else processes, inspect=not no_inspect, **options)
     return run.go(for_s, report, trace)
 
 

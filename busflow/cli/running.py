@@ -43,7 +43,7 @@ class Run:
         self,
         given: Given,
         *,
-        spread: str,
+        layout: str,
         machine: str | None = None,
         sim: bool,
         seed: int | None,
@@ -70,7 +70,7 @@ class Run:
         self._options |= {"watchdog_s": watchdog_s, "prints_failures": self._for_people}
         self._outer = dict(os.environ)  # each process of the run reads the launch file with these variables
         self._given = given
-        whole, together = given.description(), sim or ProcessLayout(spread) is ProcessLayout.ONE
+        whole, together = given.description(), sim or ProcessLayout(layout) is ProcessLayout.ONE
         description = on_machine(whole, machine, together=together or is_simulated(whole))
         self._description = description = _with_ros2(description, ros2=ros2, sim=sim, inspect=inspect)
         self._name = name or description.name
@@ -78,7 +78,7 @@ class Run:
         self._simulated = sim or is_simulated(description)
         self._event_loop, self._new_loop = event_loop, chosen_loop(event_loop, simulated=self._simulated)
         # Simulated time needs one process: several have only the system's time in common.
-        self._placement = placed(description, ProcessLayout.ONE if self._simulated else ProcessLayout(spread))
+        self._placement = placed(description, ProcessLayout.ONE if self._simulated else ProcessLayout(layout))
         self._group: ProcessGroup | None = None
         self._watch = watch
         if watch and not description.files:
@@ -100,7 +100,9 @@ class Run:
             self._refuse(trace is not None, "--trace", "a trace works only in one process")
             self._refuse(self._inspect is False, "--no-inspect", "the processes of a run inspect each other")
         _refuse_overwriting(self._description.files, report, trace)
-        made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
+        created = [
+            path for path, option in ((report, "--report"), (trace, "--trace")) if path and _create(path, option)
+        ]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
                 attach_programs(graph, [self._placement])
@@ -110,7 +112,7 @@ class Run:
                     record_graph(graph, self._record)
                 code = self._run(graph, for_s, loop_factory, report)
         except LaunchError:
-            for path in made:
+            for path in created:
                 path.unlink(missing_ok=True)  # nothing ran, so there is nothing to report
             raise
         outcome = self._outcome(graph)
@@ -286,8 +288,8 @@ def _same(one: Path, other: Path) -> bool:
         return one.resolve() == other.resolve()
 
 
-def _made(path: Path, option: str) -> bool:
-    """Check before the run that a file can be written, and create it; return whether it did not exist before."""
+def _create(path: Path, option: str) -> bool:
+    """Create a file before the run, to check that it can be written; return False if it existed before."""
     new = not path.exists()
     try:
         path.open("a", encoding="utf-8").close()

@@ -76,7 +76,7 @@ class Preflight:
             plan.problems += description.warnings
             for spec in description.nodes:
                 start = len(plan.problems)
-                self._add(plan, spec, topics, description.doubts)
+                self._plan_node(plan, spec, topics, description.doubts)
                 plan.problems[start:] = for_machine(description.here, spec, plan.problems[start:])
         for node, supervision in nodes:
             self._declare(plan, PlannedNode(node, type(node).__name__, None, supervision), topics)
@@ -99,8 +99,8 @@ class Preflight:
         plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
         return plan
 
-    def _add(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec], doubts: frozenset[Doubt]) -> None:
-        """Load a node's plugin and build the node with its parameters."""
+    def _plan_node(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec], doubts: frozenset[Doubt]) -> None:
+        """Load a node's plugin, build the node with its parameters and add it to the plan, or what prevents that."""
         try:
             node_class = plugins.load(spec.plugin, spec.folders)
         except PluginError as error:
@@ -113,7 +113,7 @@ class Preflight:
         except InvalidParameter as error:
             faults = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
             plan.problems += parameter_problems(InvalidParameter(faults), spec)
-            self._stand_in(plan, spec, factory, error, topics)
+            self._plan_without_faults(plan, spec, factory, error, topics)
             return
         except BusflowError as error:
             plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
@@ -122,10 +122,10 @@ class Preflight:
         if node is not None:
             self._declare(plan, PlannedNode(node, spec.plugin, spec, spec.supervision), topics)
 
-    def _stand_in(
+    def _plan_without_faults(
         self, plan: Plan, spec: NodeSpec, factory: NodeFactory, error: InvalidParameter, topics: Sequence[TopicSpec]
     ) -> None:
-        """Build a node without its wrong parameters, if its endpoints do not depend on them, to check those."""
+        """Add a node without its wrong parameters, to check its endpoints, unless these may depend on them."""
         if factory.node_class.declare is not Node.declare or factory.node_class.__init__ is not Node.__init__:
             return
         right = spec.parameters.without_any(fault.path for fault in error.faults)
@@ -142,16 +142,16 @@ class Preflight:
     def _declare(self, plan: Plan, planned: PlannedNode, topics: Sequence[TopicSpec]) -> None:
         """Give a node its surroundings and let it declare its endpoints."""
         runtime, spec = planned.runtime, planned.spec
-        stated = _layers(topics, (), runtime.name, "/")
+        stated = _stated_qos(topics, (), runtime.name, "/")
         around = Surroundings(self.clock, self.log, self.seed, publisher_qos=stated, subscription_qos=stated)
         if spec is not None:
             around = replace(
                 around,
                 namespace=spec.namespace,
                 remaps={rule.match: rule.replacement for rule in spec.remap},
-                publisher_qos=_layers(topics, spec.publishers, spec.name, spec.namespace),
-                subscription_qos=_layers(topics, spec.subscriptions, spec.name, spec.namespace),
-                parameter_source=partial(_source, spec),
+                publisher_qos=_stated_qos(topics, spec.publishers, spec.name, spec.namespace),
+                subscription_qos=_stated_qos(topics, spec.subscriptions, spec.name, spec.namespace),
+                parameter_source=partial(_value_source, spec),
                 folder=spec.folder,
                 packages=spec.packages,
             )
@@ -180,7 +180,7 @@ def problem_in_code(error: BaseException, what: str, origin: Place | None = None
     return Problem("declaration", f"{what}: {type(error).__name__}: {error}", fix, place or origin)
 
 
-def _layers(
+def _stated_qos(
     topics: Sequence[TopicSpec], endpoints: Sequence[EndpointSpec], node: str, namespace: str
 ) -> Callable[[str], tuple[QoS, ...]]:
     """Return a function that gives the QoS stated for a topic: first the topic's own entry, then the node's."""
@@ -192,7 +192,7 @@ def _layers(
     return stated
 
 
-def _source(spec: NodeSpec, name: str) -> ValueSource | None:
+def _value_source(spec: NodeSpec, name: str) -> ValueSource | None:
     """Return the place where the launch file, or an override, states a parameter of a node."""
     found = spec.parameters.find(tuple(name.split(".")))
     if found is None:

@@ -75,7 +75,7 @@ class Placement:
         return tuple(process for process in self.nodes if process != self.main)
 
 
-def placed(description: LaunchDescription, spread: ProcessLayout = ProcessLayout.FILE) -> Placement:
+def placed(description: LaunchDescription, layout: ProcessLayout = ProcessLayout.FILE) -> Placement:
     """Return the placement of a description's nodes. A process without nodes is not started."""
     here = description.here or MAIN
     stated = {process_name(spec.machine or MAIN, spec.name): spec for spec in description.processes}
@@ -84,17 +84,17 @@ def placed(description: LaunchDescription, spread: ProcessLayout = ProcessLayout
     elsewhere: dict[str, list[str]] = {}
     taken = Counter([MAIN, *(spec.name for spec in description.processes)])
     for node in description.nodes:
-        machine = MAIN if node.machine is None or spread is ProcessLayout.ONE else node.machine
-        process = MAIN if node.process is None or spread is ProcessLayout.ONE else node.process
-        if process == MAIN and spread is ProcessLayout.AUTO:
+        machine = MAIN if node.machine is None or layout is ProcessLayout.ONE else node.machine
+        process = MAIN if node.process is None or layout is ProcessLayout.ONE else node.process
+        if process == MAIN and layout is ProcessLayout.AUTO:
             process = node.name if not taken[node.name] else f"{node.name}-{taken[node.name]}"
             taken[node.name] += 1
             specs[process_name(machine, process)] = _own_process(process_name(machine, process), node)
-        where = nodes if machine == here or spread is ProcessLayout.ONE else elsewhere
+        where = nodes if machine == here or layout is ProcessLayout.ONE else elsewhere
         where.setdefault(process_name(machine, process), []).append(node.full_name)
     programs: dict[str, tuple[ProgramSpec, ...]] = {}
     for program in description.programs:
-        machine = here if spread is ProcessLayout.ONE else program.machine or MAIN
+        machine = here if layout is ProcessLayout.ONE else program.machine or MAIN
         starter = process_name(machine, MAIN)
         programs[starter] = (*programs.get(starter, ()), program)
     return Placement(_frozen(nodes), specs, here, _frozen(elsewhere), programs)

@@ -24,7 +24,7 @@ def described(folder):
 
 
 @pytest.mark.parametrize(
-    ("spread", "expected"),
+    ("layout", "expected"),
     [
         (ProcessLayout.FILE, {"main": ("/planner", "/motor"), "eyes": ("/left/camera", "/tracker")}),
         (ProcessLayout.ONE, {"main": ("/left/camera", "/tracker", "/planner", "/motor")}),
@@ -34,8 +34,8 @@ def described(folder):
         ),
     ],
 )
-def test_every_node_is_in_one_process(described, spread, expected):
-    placement = placed(described, spread)
+def test_every_node_is_in_one_process(described, layout, expected):
+    placement = placed(described, layout)
     assert placement.nodes == expected
     assert set(placement.others) == set(expected) - {"main"}
     assert set(placement.others) <= set(placement.specs)
