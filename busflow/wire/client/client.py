@@ -239,9 +239,9 @@ class Peer:
         return self._types[key]
 
     def _type_of_ros2(self, name: str, type_hash: str | None) -> ForeignType | None:
-        """Return a type as a node of ROS 2 that uses it describes it; None if none does, or what it says is not that.
+        """Ask the nodes of ROS 2 that use a type to describe it; return None if none does.
 
-        Only its own node may know a type.
+        A type of a user's own is known to no other node.
         """
         from busflow.interfaces.encoding.foreign import ForeignType
 
@@ -282,7 +282,7 @@ class Peer:
             key = topic_key(topic.name, type_.name, type_.type_hash, domain=self.domain)
             callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)
             history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
-            way: Any = (
+            subscriber: Any = (
                 zenoh.ext.declare_advanced_subscriber(self.session, key, callback, history=history)
                 if latched
                 else self.session.declare_subscriber(key, callback)
@@ -290,7 +290,7 @@ class Peer:
             try:
                 yield listener
             finally:
-                way.undeclare()
+                subscriber.undeclare()
 
     @contextmanager
     def advertise(

@@ -136,7 +136,7 @@ def view(tokens: Iterable[Token], answers: Sequence[Mapping[str, Any]]) -> Graph
     ends: dict[TokenKind, list[EndView]] = {kind: [] for kind in TokenKind}
     for token in tokens:
         if token.kind is not TokenKind.NODE:
-            ends[token.kind].append(EndView(token, _qos(token), described.end(token)))
+            ends[token.kind].append(EndView(token, _qos(token), described.take(token)))
     names = {token.node_name for token in tokens} | set(described.nodes)
     nodes = {name: _node(name, ends, described.nodes.get(name, {})) for name in sorted(names)}
     topics = _topics(ends[TokenKind.PUBLISHER], ends[TokenKind.SUBSCRIPTION], described.topics)
@@ -168,20 +168,21 @@ class _Answers:
                     for end in topic[word]:
                         self._ends.setdefault((kind, end["node"], topic["name"]), []).append(end)
 
-    def end(self, token: Token) -> Mapping[str, Any]:
-        """Return the details of an endpoint; of a node's two on one topic, each gets its own, in order."""
+    def take(self, token: Token) -> Mapping[str, Any]:
+        """Take the details of an endpoint: of a node's two on one topic, the second call gets those of the second."""
         found = self._ends.get((token.kind, token.node_name, token.topic))
         return found.pop(0) if found else {}
 
 
 def _topics(
-    firsts: Sequence[EndView], seconds: Sequence[EndView], details: Mapping[str, Mapping[str, Any]]
+    senders: Sequence[EndView], receivers: Sequence[EndView], details: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, TopicView]:
-    names = sorted({end.token.topic for end in (*firsts, *seconds)} | set(details))
+    """Return the topics, or the services, whose servers are the senders and whose clients the receivers."""
+    names = sorted({end.token.topic for end in (*senders, *receivers)} | set(details))
     found: dict[str, TopicView] = {}
     for name in names:
-        publishers = tuple(end for end in firsts if end.token.topic == name)
-        subscriptions = tuple(end for end in seconds if end.token.topic == name)
+        publishers = tuple(end for end in senders if end.token.topic == name)
+        subscriptions = tuple(end for end in receivers if end.token.topic == name)
         types = {end.token.type: None for end in (*publishers, *subscriptions)} or {str(details[name]["type"]): None}
         found[name] = TopicView(name, tuple(types), publishers, subscriptions, details.get(name, {}))
     return found

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 class Speaker:
     """A client's publisher on one topic."""
 
-    def __init__(self, way: Any, beside: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
-        """Create a speaker that publishes by `way`, which may keep messages; `beside` reports subscriptions."""
+    def __init__(self, publisher: Any, plain: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
+        """Create a speaker; `publisher` may keep messages, and then only the `plain` one reports subscriptions."""
         self.published: int = 0
-        self._way, self._type, self._gid, self._clock = way, type_, gid, clock
+        self._publisher, self._type, self._gid, self._clock = publisher, type_, gid, clock
         self._matched = threading.Event()
         callback: Any = zenoh.handlers.Callback(self._on_match, indirect=False)
-        self._matching = beside.declare_matching_listener(callback)
-        status: Any = beside.matching_status
+        self._matching = plain.declare_matching_listener(callback)
+        status: Any = plain.matching_status
         if status.matching:
             self._matched.set()
 
@@ -50,7 +50,7 @@ class Speaker:
     def publish_bytes(self, payload: bytes) -> None:
         """Publish one encoded message."""
         self.published += 1
-        self._way.put(payload, attachment=Attachment(self.published, self._clock.now_ns(), self._gid).encode())
+        self._publisher.put(payload, attachment=Attachment(self.published, self._clock.now_ns(), self._gid).encode())
 
     def _on_match(self, status: Any) -> None:
         if status.matching:
@@ -66,7 +66,7 @@ def speaking(session: zenoh.Session, token: Token, type_: ForeignType, qos: str)
 
     key, stated = topic_key(token.topic, type_.name, type_.type_hash, domain=token.domain), from_text(qos)
     drop = zenoh.CongestionControl.DROP
-    way: Any = (
+    publisher: Any = (
         zenoh.ext.declare_advanced_publisher(
             session,
             key,
@@ -78,9 +78,9 @@ def speaking(session: zenoh.Session, token: Token, type_: ForeignType, qos: str)
         if stated.latched
         else session.declare_publisher(key, congestion_control=drop)
     )
-    beside = session.declare_publisher(key)  # a publisher that keeps messages does not report its listeners
+    plain = session.declare_publisher(key)  # a publisher that keeps messages does not report its subscriptions
     try:
-        yield Speaker(way, beside, type_, token.gid, SystemClock())
+        yield Speaker(publisher, plain, type_, token.gid, SystemClock())
     finally:
-        way.undeclare()
-        beside.undeclare()
+        publisher.undeclare()
+        plain.undeclare()

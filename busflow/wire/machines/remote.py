@@ -35,7 +35,7 @@ class RemoteRun:
     role: Role
     """The rights of a client with this identity."""
     credentials: Credentials | None
-    ways: tuple[tuple[str, NetworkAddress], ...]
+    addresses: tuple[tuple[str, NetworkAddress], ...]
     """Each reachable machine and its address."""
     card: RunCard = field(default=RunCard("", 0, 0))
     """Description of the run; empty until the run has been asked."""
@@ -46,7 +46,7 @@ class RemoteRun:
         Raises:
             InspectionUnavailable: no machine can be reached, or none trusts the certificate; it says why.
         """
-        network = Network([end for _, end in self.ways], credentials=self.credentials)
+        network = Network([address for _, address in self.addresses], credentials=self.credentials)
         try:
             return open_remote(network, patience_s=patience_s)
         except InspectionUnavailable as error:
@@ -81,7 +81,7 @@ class RemoteRun:
         return self
 
     async def _reasons(self) -> str:
-        reasons = [f"{name}: {await why_not_linked(end, self.credentials, name)}" for name, end in self.ways]
+        reasons = [f"{name}: {await why_not_linked(each, self.credentials, name)}" for name, each in self.addresses]
         return "; ".join(each for each in reasons if not each.endswith(": "))
 
 
@@ -105,18 +105,18 @@ def remote_run(text: str) -> RemoteRun:
         raise NoSuchRun(
             f"{printable(file)} admits no one called {printable(identity)!r}; {did_you_mean(identity, known)}"
         )
-    ways = tuple(_ways(network))
-    if not ways:
+    addresses = tuple(_addresses(network))
+    if not addresses:
         raise NoSuchRun(f"{printable(file)} does not say where a machine is reached; add connect to one of them")
-    credentials = _credentials(network, identity) if any(end.protocol == TLS for _, end in ways) else None
-    return RemoteRun(text, identity, file, network.allow.get(identity, Role.ALL), credentials, ways)
+    credentials = _credentials(network, identity) if any(each.protocol == TLS for _, each in addresses) else None
+    return RemoteRun(text, identity, file, network.allow.get(identity, Role.ALL), credentials, addresses)
 
 
-def _ways(network: NetworkSpec) -> Iterator[tuple[str, NetworkAddress]]:
+def _addresses(network: NetworkSpec) -> Iterator[tuple[str, NetworkAddress]]:
     for name, machine in network.machines.items():
-        end = machine.connect or machine.listen
-        if end is not None and not end.is_everywhere:
-            yield name, end
+        address = machine.connect or machine.listen
+        if address is not None and not address.is_everywhere:
+            yield name, address
 
 
 def _credentials(network: NetworkSpec, identity: str) -> Credentials | None:

@@ -65,13 +65,13 @@ _MOST_DEPTH = 10_000
 class Inlet:
     """Publishes remote publishers' messages on the bus; each remote publisher becomes a publisher of the topic."""
 
-    def __init__(self, topic: Topic[Any], connection: Connection, *, numbers: Arrivals) -> None:
+    def __init__(self, topic: Topic[Any], connection: Connection, *, arrivals: Arrivals) -> None:
         """Start to receive.
 
         Args:
             topic: the topic to publish on.
             connection: the Zenoh session, log and bus; the first malformed and the first refused message are logged.
-            numbers: the record of the topic's arrived messages, those of its earlier inlets included. After a broken
+            arrivals: the record of the topic's arrived messages, those of its earlier inlets included. After a broken
                 link the same publishers come back. The numbers missing then count as lost, and a message that has
                 arrived before is not published again.
         """
@@ -86,7 +86,7 @@ class Inlet:
         """By gid, what reads the messages that a publisher writes into shared memory."""
         self._ignored: set[bytes] = set()
         self._leaving: set[bytes] = set()
-        self._numbers = numbers
+        self._arrivals = arrivals
         self._emptied = threading.Lock()
         """Held, but released for a moment when the loop hands the buffer back to the thread."""
         self._emptied.acquire()
@@ -100,7 +100,7 @@ class Inlet:
         depth = _ring(topic, support)
         ring = zenoh.handlers.RingChannel(depth)
         self._subscriber: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
-        self._late_joiners = LateJoiners(topic, key, self._publishers, connection, numbers=numbers, asked=latched)
+        self._late_joiners = LateJoiners(topic, key, self._publishers, connection, numbers=arrivals, asked=latched)
         # Its handler waits in its place: it could not be undeclared during its own recv().
         self._buffer = ArrivalBuffer(self._subscriber.handler, depth, support.most_bytes, self._skip)
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
@@ -118,7 +118,7 @@ class Inlet:
             self._publishers[token.gid] = publisher
             if not publisher.perishable and endpoint.qos.durability is Durability.VOLATILE:
                 self._plain[token.gid] = publisher
-            self._late_joiners.ask_publisher(token.gid, self._numbers.come(token.gid))
+            self._late_joiners.ask_publisher(token.gid, self._arrivals.come(token.gid))
 
     def serve(self, subscription: Subscription[Any]) -> None:
         """Give a new subscription the messages that publishers keep; ask for those that have not been asked for yet."""
@@ -128,7 +128,7 @@ class Inlet:
         """Discard the messages of an incompatible publisher, and count them as incompatible."""
         self._ignored.add(token.gid)
         self._expel(token.gid)
-        self._numbers.forget(token.gid)
+        self._arrivals.forget(token.gid)
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
         """Remove a remote publisher that has gone, once its messages in the buffer are published; then call `then`.
@@ -156,7 +156,7 @@ class Inlet:
         self._leaving.discard(token.gid)
         self._ignored.discard(token.gid)
         self._expel(token.gid)
-        self._numbers.leave(token.gid)
+        self._arrivals.leave(token.gid)
         then()
 
     def _expel(self, gid: bytes) -> None:
@@ -252,7 +252,7 @@ class Inlet:
 
         A plain publisher's message with the next number is published here; it takes 1 µs less than any other.
         """
-        plain, sequences, decode = self._plain, self._numbers.last, self._support.decode
+        plain, sequences, decode = self._plain, self._arrivals.last, self._support.decode
         for payload, signature in batch:
             if self._closed:
                 return
@@ -343,10 +343,10 @@ class Inlet:
                 return None
             known = self._publishers.get(decoded.gid)
             keeps = known is not None and known.endpoint.qos.latched
-            if keeps and decoded.sequence > 1 and decoded.gid not in self._numbers.last:
+            if keeps and decoded.sequence > 1 and decoded.gid not in self._arrivals.last:
                 # What it keeps is not here: it was asked before the way to it was known.
                 self._late_joiners.ask_again(decoded.gid)
-            if not self._numbers.note(decoded.gid, decoded.sequence, ordered=keeps):
+            if not self._arrivals.note(decoded.gid, decoded.sequence, ordered=keeps):
                 return None
         found = known or next(iter(self._publishers.values()), None)
         if found is None:
@@ -355,7 +355,7 @@ class Inlet:
             if has_expired(found, decoded, self._bus.clock):
                 self.losses["expired"] += 1
                 return None
-            if decoded.gid in self._numbers.last:  # else `_numbers` has reached its limit of senders
+            if decoded.gid in self._arrivals.last:  # else `_arrivals` has reached its limit of senders
                 self._late_joiners.note(decoded.gid, decoded.sequence)
         return found
 

@@ -253,7 +253,7 @@ class Mirror:
             token = self._subscriptions.pop(end, None)
             if token is not None:
                 token.undeclare()
-            self._remote_publishers.leave(self._graph.bus.topics[end.topic])
+            self._remote_publishers.on_subscription_end(self._graph.bus.topics[end.topic])
         else:
             self._services.detach(end)
         self._presence.notify()
@@ -339,9 +339,9 @@ class Mirror:
         elif token.kind is TokenKind.SUBSCRIPTION and token.topic.endswith(SUFFIX):
             self._service_events.on_token(text, token, alive=alive)
         elif alive:
-            self._remote_publishers.come(token)
+            self._remote_publishers.add(token)
         else:
-            self._remote_publishers.go(token)
+            self._remote_publishers.remove(token)
 
     def _announce_parameters(self) -> None:
         """Make every node publish its parameter events from now on: another process subscribes to them."""

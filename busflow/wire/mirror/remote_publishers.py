@@ -39,14 +39,14 @@ class RemotePublishers:
         self._arrivals: dict[str, Arrivals] = {}
         """By topic that is received, the numbers of the messages that have arrived."""
 
-    def come(self, token: Token) -> None:
-        """Handle a new endpoint of another process."""
+    def add(self, token: Token) -> None:
+        """Admit or refuse a new publisher of another process; other endpoints change nothing here."""
         if token.kind is TokenKind.PUBLISHER:
             self._known[str(token)] = token
             self._consider(token)
 
-    def go(self, token: Token) -> None:
-        """Handle the end of another process's endpoint."""
+    def remove(self, token: Token) -> None:
+        """Remove a publisher of another process, once its last messages are published."""
         self._refused.discard(str(token))
         inlet = self._inlets.get(token.topic)
         if self._known.pop(str(token), None) is not None and inlet is not None:
@@ -65,7 +65,7 @@ class RemotePublishers:
         if former is None and inlet is not None:
             inlet.serve(subscription)
 
-    def leave(self, topic: Topic[Any]) -> None:
+    def on_subscription_end(self, topic: Topic[Any]) -> None:
         """Handle the end of a subscription: it was the topic's last, or publishers that it excluded may fit now."""
         if topic.subscriptions:
             for token in self._known_on(topic.name):
@@ -133,8 +133,8 @@ class RemotePublishers:
     def _inlet(self, topic: Topic[Any]) -> Inlet:
         found = self._inlets.get(topic.name)
         if found is None:
-            numbers = self._arrivals.setdefault(topic.name, Arrivals(topic))
-            found = self._inlets[topic.name] = Inlet(topic, self._connection, numbers=numbers)
+            arrivals = self._arrivals.setdefault(topic.name, Arrivals(topic))
+            found = self._inlets[topic.name] = Inlet(topic, self._connection, arrivals=arrivals)
             for token in self._known_on(topic.name):
                 if str(token) in self._refused:
                     found.ignore(token)
