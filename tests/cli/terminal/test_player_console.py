@@ -1,5 +1,11 @@
 """The console of a player: its keys and its bar."""
 
+import io
+import os
+import pty
+import termios
+import threading
+
 from busflow.cli.bag.play_alone import _GraphControls
 from busflow.cli.terminal.player_console import Console, PlayerState
 from busflow.recording.player.player import Player
@@ -10,7 +16,7 @@ class Controls:
     """Controls that note what a console asks of them, in order."""
 
     def __init__(self, state=None):
-        self.state, self.asked = state, []
+        self.state, self.asked, self.stepped = state, [], threading.Event()
 
     def shown(self):
         return self.state
@@ -20,6 +26,7 @@ class Controls:
 
     def step(self):
         self.asked.append("step")
+        self.stepped.set()
 
     def pace(self, factor):
         self.asked.append(round(factor, 3))
@@ -46,3 +53,34 @@ def test_idle_player_has_no_bar_and_ignores_keys(tmp_path):
     assert console.line(80) == ""
     console.press(b" s\x1b[A")
     assert (player.parameters.paused, player.parameters.rate) == (False, 1.0)
+
+
+class Terminal(io.StringIO):
+    """What a terminal shows."""
+
+    def isatty(self):
+        return True
+
+
+def test_keys_reach_player_without_enter(monkeypatch):
+    person, keyboard = pty.openpty()
+    before = termios.tcgetattr(keyboard)
+    controls, screen = Controls(PlayerState(0, 10_000_000_000, 1.0, True, 0)), Terminal()
+    with os.fdopen(keyboard) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        console = Console(controls, screen)
+        with console.shown():
+            os.write(person, b" s")
+            assert controls.stepped.wait(60)
+        assert termios.tcgetattr(keyboard) == before
+    os.close(person)
+    assert controls.asked == ["toggle", "step"]
+    assert "0.0 / 10.0 s  0 messages  paused" in screen.getvalue()
+    assert screen.getvalue().endswith("\r\x1b[2K")
+
+
+def test_console_needs_a_terminal():
+    screen = io.StringIO()
+    with Console(Controls(PlayerState(0, 0, 1.0, False, 0)), screen).shown():
+        pass
+    assert screen.getvalue() == ""
