@@ -19,7 +19,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from types import FrameType
 
 _SET_PARENT_DEATH_SIGNAL = 1
 _SET_CHILD_SUBREAPER = 36
@@ -39,12 +38,10 @@ class Stopping:
         """Signals that the program has not got yet."""
         self.is_due = False
         """Whether the time for the next signal has come."""
-        self._is_ordered = False
 
     def order(self) -> None:
-        """Let the first signal be due; another order hastens nothing."""
-        self.is_due |= not self._is_ordered
-        self._is_ordered = True
+        """Let the first signal be due, unless it is sent: another order hastens nothing."""
+        self.is_due |= signal.SIGINT in self.signals
 
     def on_signals(self, numbers: bytes) -> None:
         """Heed signals to the keeper: an order to stop, the end of the grace, or one that only wakes it."""
@@ -65,16 +62,14 @@ class Keeper:
         os.set_inheritable(report, False)
         self._orders, self._report = orders, report
         self._woken, self._wake = os.pipe()
-        for end in (self._woken, self._wake):
-            os.set_blocking(end, False)
+        os.set_blocking(self._wake, False)
         self._linux: ctypes.CDLL | None = ctypes.CDLL(None) if sys.platform == "linux" else None
         self._stopping = Stopping()
         self._code: int | None = None
 
     def run(self) -> None:
         """Start the program, and return when neither it nor what it started is left."""
-        with os.fdopen(self._orders, "rb", buffering=0, closefd=False) as orders:
-            order = json.loads(orders.readline(_LINE_BYTES))
+        order = json.loads(os.fdopen(self._orders, "rb", buffering=0, closefd=False).readline(_LINE_BYTES))
         self._grace_s = float(order["grace_s"])
         self._heed_signals()
         if self._linux is not None:
@@ -97,7 +92,8 @@ class Keeper:
     def _heed_signals(self) -> None:
         """Let signals wake the keeper. A program whose keeper handles SIGINT cannot ignore it from its start."""
         for number in (*_ORDERS, signal.SIGALRM, signal.SIGCHLD):
-            signal.signal(number, _write_number)
+            signal.signal(number, lambda _number, _frame: None)
+        # Python writes the number of each signal that has a handler.
         signal.set_wakeup_fd(self._wake, warn_on_full_buffer=False)
 
     def _die_with_keeper(self) -> None:
@@ -108,8 +104,6 @@ class Keeper:
         """Reap what ends, and send the signals that are due, until nothing is left or what is left cannot be killed."""
         readers, stopping = [self._orders, self._woken], self._stopping
         while self._is_anything_left(program):
-            if self._code is not None:  # the program has ended: what it has left behind is stopped
-                stopping.order()
             if stopping.is_due:
                 if not stopping.signals:
                     return
@@ -133,6 +127,7 @@ class Keeper:
                 return True
             if pid == program.pid:
                 self._code = program.returncode = os.waitstatus_to_exitcode(status)
+                self._stopping.order()  # what it has left behind is stopped
 
     def _send(self, program: subprocess.Popen[bytes], number: signal.Signals) -> None:
         """Send a signal, and set the time of the next one."""
@@ -146,10 +141,6 @@ class Keeper:
     def _say(self, **values: object) -> None:
         with contextlib.suppress(OSError):  # the run is gone
             os.write(self._report, json.dumps(values).encode() + b"\n")
-
-
-def _write_number(_number: int, _frame: FrameType | None) -> None:
-    """A handler, with which Python writes the signal's number to the keeper's pipe."""
 
 
 def _is_group(group: int) -> bool:

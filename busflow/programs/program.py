@@ -239,10 +239,9 @@ class Program:
         self.output.write(line)
 
     def _call(self, act: Callable[[Any], None], value: Any) -> None:
-        loop = self._loop
-        if loop is not None:
+        if self._loop is not None:
             with suppress(RuntimeError):  # the loop has ended: nothing waits
-                loop.call_soon_threadsafe(act, value)
+                self._loop.call_soon_threadsafe(act, value)
 
     def _on_start(self, message: Mapping[str, Any]) -> None:
         self.pid, self.state = message["pid"], ProgramState.RUNNING
