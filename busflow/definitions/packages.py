@@ -42,19 +42,18 @@ class Package:
     @cached_property
     def files(self) -> Mapping[str, Path]:
         """The files by the full name of the type that each defines."""
-        found = ((kind, path) for kind in Kind for path in self._of_kind(kind, f".{kind}"))
+        found = ((kind, path) for kind, path in self._paths if path.suffix == f".{kind}")
         return {f"{self.name}/{kind}/{path.stem}": path for kind, path in found if _TYPE.fullmatch(path.stem)}
 
     @cached_property
     def misnamed(self) -> Sequence[Path]:
         """The files whose name can be no type's."""
-        found = (path for kind in Kind for path in self._of_kind(kind, f".{kind}"))
-        return [path for path in found if not _TYPE.fullmatch(path.stem)]
+        return [path for kind, path in self._paths if path.suffix == f".{kind}" and not _TYPE.fullmatch(path.stem)]
 
     @cached_property
     def idl(self) -> frozenset[str]:
         """The names of the types that only an `.idl` file defines, which busflow does not read."""
-        names = (f"{self.name}/{kind}/{path.stem}" for kind in Kind for path in self._of_kind(kind, ".idl"))
+        names = (f"{self.name}/{kind}/{path.stem}" for kind, path in self._paths if path.suffix == ".idl")
         return frozenset(names) - self.files.keys()
 
     @property
@@ -91,9 +90,11 @@ class Package:
         except OSError:
             return ""
 
-    def _of_kind(self, kind: Kind, suffix: str) -> Iterator[Path]:
-        folder = self.folder / kind
-        yield from (folder / name for name in sorted(_names(folder, _MAX_FILES)) if name.endswith(suffix))
+    @cached_property
+    def _paths(self) -> Sequence[tuple[Kind, Path]]:
+        """All that lies in the folders of definitions."""
+        folders = ((kind, self.folder / kind) for kind in Kind)
+        return [(kind, folder / name) for kind, folder in folders for name in sorted(_names(folder, _MAX_FILES))]
 
 
 def _no_type(path: Path) -> str:
