@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from busflow.bus.bus import Bus
     from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.interfaces.message import Message
     from busflow.log import Logger
     from busflow.wire.queries.queries import Supports
     from busflow.wire.shared_memory.arena import Arenas
@@ -45,3 +46,13 @@ class Connection:
     def key(self, topic: str, support: TypeSupport) -> str:
         """Return the key under which messages of this type travel on a topic or service."""
         return topic_key(topic, support.name, support.type_hash, domain=self.domain)
+
+
+def decoded(payload: zenoh.ZBytes, support: TypeSupport) -> Message:
+    """Decode a message of another process, and copy no payload that is too large for one of its type.
+
+    Raises:
+        MalformedMessage: The payload is none.
+    """
+    support.check_size(len(payload))
+    return support.decode(payload.to_bytes())

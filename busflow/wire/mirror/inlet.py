@@ -28,6 +28,7 @@ from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.wire.mirror.arrival_buffer import ArrivalBuffer, Arrived
 from busflow.wire.mirror.arrivals import Arrivals
+from busflow.wire.mirror.connection import decoded
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
 from busflow.wire.shared_memory.place import MemoryPlace
 from busflow.wire.shared_memory.reader import MemoryReader
@@ -307,8 +308,7 @@ class Inlet:
             if publisher is None:
                 return None
             if isinstance(found, zenoh.ZBytes):
-                self._support.check_size(len(found))
-                found = found.to_bytes()
+                return publisher, decoded(found, self._support)
             if found is not None:
                 return publisher, self._support.decode(found)
             self.losses["lost"] += 1

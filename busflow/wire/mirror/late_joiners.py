@@ -20,6 +20,7 @@ import zenoh
 from busflow.bus.expiry import NS_PER_S
 from busflow.bus.publisher import Publisher
 from busflow.errors import MalformedMessage
+from busflow.wire.mirror.connection import decoded
 from busflow.wire.zenoh.keys import Attachment
 
 if TYPE_CHECKING:
@@ -160,8 +161,7 @@ class LateJoiners:
                 sent = Attachment.decode(attachment)
                 publisher = self._publishers.get(sent.gid)
                 if publisher is not None and sent.gid in asked and not has_expired(publisher, sent, self._topic.clock):
-                    support.check_size(len(payload))
-                    item = publisher.as_kept(support.decode(payload.to_bytes()))
+                    item = publisher.as_kept(decoded(payload, support))
                     gate.kept.setdefault(sent.gid, {})[sent.sequence] = item
             except MalformedMessage:
                 self._topic.losses["malformed"] += 1

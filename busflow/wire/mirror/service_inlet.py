@@ -16,6 +16,7 @@ from busflow.bus.services.call import Activity, Call
 from busflow.bus.services.service import Service
 from busflow.errors import MalformedMessage, ServiceFailed, ServiceGone, ServiceUnavailable
 from busflow.text import printable
+from busflow.wire.mirror.connection import decoded
 from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, PATIENCE, REMARKS, Attachment, Token
 from busflow.wire.zenoh.refusal import service_refusal
 
@@ -128,8 +129,7 @@ class RemoteServer:
             return
         call.remark, call.feedback_count = remark, feedback_count
         try:
-            self._response.check_size(len(payload))
-            call.succeed(self._response.decode(payload.to_bytes()))
+            call.succeed(decoded(payload, self._response))
         except MalformedMessage as error:
             call.fail(ServiceFailed(f"{self._service.name}: the answer of {self.node} is malformed: {error}"))
 

@@ -19,6 +19,7 @@ import zenoh
 
 from busflow.errors import BusflowError, ServiceTimeout, ServiceUnavailable
 from busflow.interfaces.message import Message, ServiceType
+from busflow.wire.mirror.connection import decoded
 from busflow.wire.queries.server import replying
 from busflow.wire.zenoh.keys import PATIENCE
 from busflow.wire.zenoh.refusal import encode_refusal
@@ -74,9 +75,7 @@ class ServiceOutlet:
 
     async def _serve(self, query: zenoh.Query) -> None:
         try:
-            payload = query.payload or zenoh.ZBytes(b"")
-            self._request.check_size(len(payload))
-            request = self._request.decode(payload.to_bytes())
+            request = decoded(query.payload or zenoh.ZBytes(b""), self._request)
             response, remark = await self._in_time(query, request)
             answer = self._response.encode(response)
         except BusflowError as error:
