@@ -88,9 +88,10 @@ class Peer:
             InspectionUnavailable: no process answers there.
         """
         self.run = run
+        self.silence: str = ""
+        """Why the main process has not answered the last question, while others of the run have; else empty."""
         self.on_silence: Callable[[str], object] = lambda _text: None
-        """Called once with a text where other processes of the run have answered, and its main process has not."""
-        self._is_silent = False
+        """Called with this text when the main process falls silent."""
         self.session: zenoh.Session = run.open(patience_s)
         self._patience_s = patience_s
         self._zid = str(self.session.info.zid())
@@ -167,10 +168,7 @@ class Peer:
                 found.append((answer["answer"], messages.pop(process, [])))
             else:
                 refusals.append(refusal(str(answer.get("kind")), str(answer.get("error"))))
-        if silent and (found or refusals) and not self._is_silent:
-            self._is_silent = True
-            why = "it is stopped, or a handler blocks its event loop"
-            self.on_silence(f"the main process of {printable(self.run.name)} does not answer: {why}")
+        self._note_silence(is_silent=bool(silent and (found or refusals)))
         if refusals and not found:
             raise refusals[0]
         if not found:
@@ -179,6 +177,12 @@ class Peer:
                 f"{printable(self.run.name)} does not answer: it has just ended, or a handler blocks its event loop"
             )
         return found
+
+    def _note_silence(self, *, is_silent: bool) -> None:
+        former, why = self.silence, "it is stopped, or a handler blocks its event loop"
+        self.silence = f"the main process of {printable(self.run.name)} does not answer: {why}" if is_silent else ""
+        if is_silent and not former:
+            self.on_silence(self.silence)
 
     def tokens(self) -> list[Token]:
         """Return the tokens of every node and endpoint of the run, without this client's own."""

@@ -68,10 +68,7 @@ class PresentRun:
     @property
     def _here(self) -> Mapping[str, Any]:
         """The answer of the main process of this machine; empty if it does not answer."""
-        for process in self.processes:
-            if process["pid"] == self.run.card.pid:
-                return process
-        return {}
+        return next((each for each in self.processes if each["pid"] == self.run.card.pid), dict[str, Any]())
 
     @property
     def state(self) -> str:
@@ -122,10 +119,7 @@ def ask_peer(peer: Peer) -> PresentRun:
     begun = perf_counter()
     processes = tuple(peer.ask("run"))
     took_s = perf_counter() - begun
-    run = peer.run.answered(processes)
-    has_main = any(process["pid"] == run.card.pid for process in processes)
-    silence = "" if has_main else f"{run.name} does not answer: its main process is stopped, or a handler blocks it"
-    return PresentRun(run, _with_silent_ones(processes), silence, took_s)
+    return PresentRun(peer.run.answered(processes), _with_silent_ones(processes), peer.silence, took_s)
 
 
 def _with_silent_ones(answers: tuple[Mapping[str, Any], ...]) -> tuple[Mapping[str, Any], ...]:

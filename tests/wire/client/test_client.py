@@ -15,6 +15,7 @@ from busflow.errors import NoSuchTarget, ServiceFailed, ServiceTimeout
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.wire.client.client import Peer, join
+from busflow.wire.client.runs import ask_peer
 from busflow.wire.zenoh.keys import TokenKind
 from busflow.wire.zenoh.run_directory import find_run
 
@@ -50,6 +51,8 @@ async def test_silence_of_the_main_process_is_said_once(looked_at: Any):
             await looked.ask(peer.ask, "graph")
         (text,) = texts
         assert text.startswith("the main process of looked does not answer: ")
+        present = await looked.ask(ask_peer, peer)
+        assert (present.state, present.nodes, present.silence) == ("does not answer", None, text)
 
 
 async def test_a_refused_question_raises(looked_at: Any):

@@ -1,13 +1,12 @@
 """A run's state comes from the answers of its processes; a run that does not answer is listed all the same."""
 
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from busflow import Node, timer
-from busflow.wire.client.runs import PresentRun, ask_peer, ask_run, ask_runs
+from busflow.wire.client.runs import PresentRun, ask_run, ask_runs
 from busflow.wire.zenoh.run_directory import FoundRun, RunCard, find_run
 
 
@@ -50,13 +49,6 @@ def test_machines_without_link_are_the_state(card: FoundRun):
 def test_a_silent_run_has_no_count(card: FoundRun):
     found = PresentRun(card, silence="it does not answer")
     assert (found.nodes, found.state) == (None, "does not answer")
-
-
-@pytest.mark.parametrize(("pids", "state"), [((8,), "does not answer"), ((7, 8), "running")])
-def test_workers_alone_do_not_answer_for_a_run(card: FoundRun, pids: tuple[int, ...], state: str):
-    answers = [{"process": f"p{pid}", "pid": pid, "nodes": 1} for pid in pids]
-    peer: Any = SimpleNamespace(run=card, ask=lambda _question: answers)
-    assert ask_peer(peer).state == state
 
 
 @pytest.mark.asyncio
