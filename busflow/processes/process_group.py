@@ -384,8 +384,8 @@ class ProcessGroup(Extension):
     def _share_data(self, process: str) -> Mapping[str, Any] | None:
         """Return a process's share of the recording or snapshots for its coming start, as plain data."""
         if self._recording is not None:
-            return self._recording.share(process).as_words()
-        return None if self._shares is None else self._shares.of(process, Path()).as_words()
+            return self._recording.share(process).as_json()
+        return None if self._shares is None else self._shares.of(process, Path()).as_json()
 
     def show_record(self, record: LogRecord) -> None:
         """Show a line of another process's log."""

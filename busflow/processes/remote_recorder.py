@@ -22,11 +22,10 @@ from busflow.node.parameter_messages import event_message
 from busflow.node.parameter_store import ParameterChange
 from busflow.node.parameters import ParameterInfo
 from busflow.recording.bag.rosbag2_metadata import describe_recordings
-from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.recorder.channels import Announcer
-from busflow.recording.recorder.destination import as_directory, named, new_directory, new_recording
-from busflow.recording.recorder.provenance import facts, library
-from busflow.recording.recorder.recording_file import Latched, RecordingFile, SplitFile
+from busflow.recording.recorder.destination import as_directory, named, new_directory
+from busflow.recording.recorder.provenance import facts
+from busflow.recording.recorder.recording_file import Latched, RecordingFile, SplitFile, file_maker
 from busflow.recording.recorder.spool import Spool
 from busflow.wire.client.graph_view import view
 from busflow.wire.client.known_type import known_type
@@ -41,9 +40,7 @@ if TYPE_CHECKING:
     from busflow.bus.patterns import Selection
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.launchfile.model.description import Compression, Split
-    from busflow.recording.recorder.destination import Destination
-    from busflow.recording.recorder.provenance import Words
-    from busflow.recording.recorder.recording_file import Begin
+    from busflow.recording.recorder.provenance import MetadataRecord
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import TopicView
 
@@ -84,30 +81,22 @@ class RemoteRecorder:
         self.path: Path = named(to, run=peer.run.name)
         """The file, or the directory of parts."""
         self._split = split
-        begin = self._beginning(compression)
+        make_file = file_maker(self._facts(), compression)
         if split is None:
-            file = RecordingFile(*begin(self.path))
+            file = RecordingFile(*make_file(self.path))
         else:
             with new_directory(as_directory(self.path)) as self.path:
-                file = SplitFile(self.path / f"{self.path.name}.mcap", split, begin, durable=True)
+                file = SplitFile(self.path / f"{self.path.name}.mcap", split, make_file, durable=True)
         self._spool = Spool(file, threaded=True, on_failure=lambda _error: None)
         self.nodes: int = self._write_parameters()
         """Number of nodes whose parameters were recorded at the beginning."""
 
-    def _beginning(self, compression: Compression) -> Begin:
-        """Return the function that begins the file, or each part, with the facts of the run."""
+    def _facts(self) -> MetadataRecord:
+        """Return the facts of the run, with the one that it is recorded from outside."""
         run = self._answer("run")
         clock, seed = str(run.get("clock", self._clock.kind)), run.get("seed")
-        name, words = facts(self._peer.run.name, seed, clock, self._clock.now_ns())
-
-        def begin(path: Path, *more: Words) -> tuple[Destination, McapWriter]:
-            with new_recording(path) as destination:
-                writer = McapWriter(destination, library=library(), compression=compression)
-                for each in (*more, (name, {**words, "heard": "from outside"})):
-                    writer.add_metadata(*each)
-            return destination, writer
-
-        return begin
+        name, known = facts(self._peer.run.name, seed, clock, self._clock.now_ns())
+        return name, {**known, "heard": "from outside"}
 
     @property
     def failure(self) -> Exception | None:

@@ -144,11 +144,11 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
     return graph
 
 
-def _record(graph: Graph, words: Mapping[str, Any], writer: PipeWriter, commands: _Commands) -> None:
+def _record(graph: Graph, data: Mapping[str, Any], writer: PipeWriter, commands: _Commands) -> None:
     """Record this process's share of the run, or keep its last moments."""
     from busflow.recording.recorder.share import Share
 
-    share = Share.of_words(words)
+    share = Share.of_json(data)
     if share.spec.snapshot is None:
         from busflow.recording.recorder.recorder import record_share
 

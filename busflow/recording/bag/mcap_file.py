@@ -27,7 +27,8 @@ from busflow.recording.mcap.summary import Summary, summary_of
 
 _KEPT = {FACTS, LEDGER, PART}
 """The metadata that is kept."""
-_ATTACHMENTS_AT_THE_BEGINNING = 64
+_MOST_DETAILS = 64
+"""Limit of the metadata and attachments that are read when a file is opened."""
 _INDEX_HEAD, _INDEX_ENTRY = 6, 16
 """Bytes of a message index before its entries, and of each of them."""
 _MOST_PUBLISHERS = 100
@@ -164,10 +165,10 @@ class McapFile:
             self.launch_file = record.data.decode(errors="replace")
 
     def _find_details(self, file: RecordFile, summary: Summary) -> None:
-        """Read the records at the places that the summary states."""
+        """Read the metadata and the launch file at the places that the summary states."""
         places = [each.offset for each in summary.metadata if each.name in _KEPT]
         places += [each.offset for each in summary.attachments if each.name == LAUNCH_FILE]
-        for offset in places[:_ATTACHMENTS_AT_THE_BEGINNING]:
+        for offset in places[:_MOST_DETAILS]:
             if not len(MAGIC) <= offset < file.size:
                 raise file.damaged(f"the summary says that something begins at {offset}", summary.start)
             file.go_to(offset)
@@ -179,7 +180,7 @@ class McapFile:
         """Read what lies before the first message."""
         file.go_to(len(MAGIC))
         try:
-            for _ in range(_ATTACHMENTS_AT_THE_BEGINNING):
+            for _ in range(_MOST_DETAILS):
                 if not self._take_next(file):
                     break
         except BagError:

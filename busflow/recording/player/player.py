@@ -60,7 +60,8 @@ class Player(Node):
         """The number of messages that could not be read, by topic."""
         self._bag = Bag(asked.file)
         self._classes = MessageClasses()
-        self._ways: dict[Channel, tuple[Publisher[Any], Callable[[bytes], Any]]] = {}
+        self._outputs: dict[Channel, tuple[Publisher[Any], Callable[[bytes], Any]]] = {}
+        """By channel, the publisher of its messages, and the function that decodes them."""
         channels, faults = playable(chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename))
         self.channels: tuple[Channel, ...] = channels
         for channel, fault in faults.items():
@@ -73,9 +74,9 @@ class Player(Node):
             self._offer(channel)
 
     def _offer(self, channel: Channel) -> None:
-        same = next((known for known in self._ways if channel.topic == known.topic), None)
+        same = next((known for known in self._outputs if channel.topic == known.topic), None)
         if same is not None and (channel.type_name, channel.type_hash) == (same.type_name, same.type_hash):
-            self._ways[channel] = self._ways[same]  # of another process, which has offered another QoS
+            self._outputs[channel] = self._outputs[same]  # of another process, which has offered another QoS
             return
         if same is not None:
             raise BagError(
@@ -84,7 +85,7 @@ class Player(Node):
         cls = self._classes.find(channel)
         topic = self.parameters.rename.get(channel.topic, channel.topic)
         publisher = self.create_publisher(cls, topic, qos=offered(channel.qos))
-        self._ways[channel] = publisher, lambda payload: channel.decode(payload, cls)
+        self._outputs[channel] = publisher, lambda payload: channel.decode(payload, cls)
 
     async def start(self) -> None:
         """Find the beginning of what is to be played."""
@@ -179,7 +180,7 @@ class Player(Node):
         return Trigger.Response(success=True, message="paused" if paused else "playing")
 
     async def _publish(self, entry: Entry) -> None:
-        publisher, decode = self._ways[entry.channel]
+        publisher, decode = self._outputs[entry.channel]
         try:
             message = decode(entry.payload)
         except MalformedMessage as error:

@@ -25,8 +25,8 @@ FORMAT = "1"
 _PACKAGES = ("lz4", "mcap", "numpy", "pydantic", "zstandard")
 """The libraries on which the bytes of a recording depend, beside busflow and Python."""
 
-Words = tuple[str, Mapping[str, str]]
-"""A record of metadata: its name, and words by their keys."""
+MetadataRecord = tuple[str, Mapping[str, str]]
+"""A metadata record of a file: its name, and its texts by key."""
 
 
 def library() -> str:
@@ -34,7 +34,7 @@ def library() -> str:
     return f"busflow {busflow.__version__}; mcap {version('mcap')}"
 
 
-def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str = "") -> Words:
+def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str = "") -> MetadataRecord:
     """Return the set-up of a run, without facts about the machine or its folders.
 
     Of several processes that record themselves, each says which of them it is.
@@ -54,7 +54,7 @@ def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str 
 
 def ledger(
     report: Mapping[str, Any], recorded: int, missed: int, later: Mapping[str, Sequence[str]] = NONE_LATER
-) -> Words:
+) -> MetadataRecord:
     """Return the run's report at its end, how much of it was recorded, and publishers that the channels do not name."""
     return LEDGER, {
         "report": json.dumps(report),

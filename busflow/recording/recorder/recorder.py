@@ -18,7 +18,7 @@ from busflow.recording.bag.rosbag2_metadata import describe_recordings
 from busflow.recording.recorder.capture import Capture
 from busflow.recording.recorder.destination import as_directory, named, new_directory
 from busflow.recording.recorder.options import spec_of
-from busflow.recording.recorder.recording_file import Latched, RecordingFile, SplitFile, beginning
+from busflow.recording.recorder.recording_file import Latched, RecordingFile, SplitFile, graph_file_maker
 from busflow.recording.recorder.snapshot import SnapshotRecorder
 from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S, Spool, reason_of
 from busflow.runner.extension import Extension
@@ -86,7 +86,7 @@ class Recorder(Extension):
     # Its life.
 
     def begin(self) -> None:
-        """Make the file, and listen from now on; called before the first end of a topic comes.
+        """Make the file, and listen from now on; called before the first endpoint is attached.
 
         Raises:
             RecordingRefused: the file is there already, or cannot be made.
@@ -94,15 +94,15 @@ class Recorder(Extension):
         graph, split = self._graph, self._spec.split
         path = named(self._spec.to, run=graph.name) if self._share is None else self._share.file
         process = "" if self._share is None else self._share.process
-        begin = beginning(graph, self._spec, process)
+        make_file = graph_file_maker(graph, self._spec, process)
         threaded = self._clock.kind == "system"
         if split is None:
-            self._file = RecordingFile(*begin(path))
+            self._file = RecordingFile(*make_file(path))
         elif self._share is not None:
-            self._file = SplitFile(path, split, begin, durable=threaded)
+            self._file = SplitFile(path, split, make_file, durable=threaded)
         else:
             with new_directory(as_directory(path)) as directory:
-                self._file = SplitFile(directory / f"{directory.name}.mcap", split, begin, durable=threaded)
+                self._file = SplitFile(directory / f"{directory.name}.mcap", split, make_file, durable=threaded)
             self._directory = directory
         self._loop, self._thread = asyncio.get_running_loop(), threading.get_ident()
         self._spool = Spool(self._file, threaded=threaded, on_failure=self._on_failure)

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 from busflow.recording.bag.facts import NONE_LATER, PART
 from busflow.recording.mcap.writer import McapWriter, Payload
 from busflow.recording.recorder.destination import new_recording
-from busflow.recording.recorder.provenance import Words, facts, launch_files, ledger, library
+from busflow.recording.recorder.provenance import MetadataRecord, facts, launch_files, ledger, library
 
 if TYPE_CHECKING:
     from busflow.bus.qos import QoS
-    from busflow.launchfile.model.description import RecordSpec, Split
+    from busflow.launchfile.model.description import Compression, RecordSpec, Split
     from busflow.recording.recorder.destination import Destination
     from busflow.runner.graph import Graph
 
@@ -32,10 +32,10 @@ REPEATED = 0
 """The number of a message that an earlier part has."""
 
 
-class Begin(Protocol):
-    """A function that begins a file: its path, and metadata beside the facts of the run."""
+class FileMaker(Protocol):
+    """A function that makes a file of a recording: `path`, and `more` metadata beside the facts of the run."""
 
-    def __call__(self, path: Path, *more: Words) -> tuple[Destination, McapWriter]:
+    def __call__(self, path: Path, *more: MetadataRecord) -> tuple[Destination, McapWriter]:
         """Make the file and write its beginning; in any thread.
 
         Raises:
@@ -120,22 +120,39 @@ class RecordingFile:
         self._destination.close()
 
 
-def beginning(graph: Graph, spec: RecordSpec, process: str = "") -> Begin:
-    """Return a function that begins a file of a graph's recording, with the facts as they are now."""
+def graph_file_maker(graph: Graph, spec: RecordSpec, process: str = "") -> FileMaker:
+    """Return a function that makes the files of a graph's recording, with the facts as they are now."""
     now_ns = graph.clock.now_ns()
-    words = facts(graph.name, graph.seed, graph.clock.kind, now_ns, process)
-    attached = list(launch_files(graph.descriptions))
+    run = facts(graph.name, graph.seed, graph.clock.kind, now_ns, process)
+    return file_maker(run, spec.compression, tuple(launch_files(graph.descriptions)), attached_ns=now_ns)
 
-    def begin(path: Path, *more: Words) -> tuple[Destination, McapWriter]:
+
+def file_maker(
+    run: MetadataRecord,
+    compression: Compression,
+    attachments: Sequence[tuple[str, str]] = (),
+    *,
+    attached_ns: int = 0,
+) -> FileMaker:
+    """Return a function that makes the files of a recording.
+
+    Args:
+        run: the facts of the run.
+        compression: of the files' chunks.
+        attachments: the launch files of the run, each with its name and its text.
+        attached_ns: the time of the attachments.
+    """
+
+    def make(path: Path, *more: MetadataRecord) -> tuple[Destination, McapWriter]:
         with new_recording(path) as destination:
-            writer = McapWriter(destination, library=library(), compression=spec.compression)
-            for each in (*more, words):
+            writer = McapWriter(destination, library=library(), compression=compression)
+            for each in (*more, run):
                 writer.add_metadata(*each)
-            for name, text in attached:
-                writer.add_attachment(name, "application/yaml", text.encode(), time_ns=now_ns)
+            for name, text in attachments:
+                writer.add_attachment(name, "application/yaml", text.encode(), time_ns=attached_ns)
         return destination, writer
 
-    return begin
+    return make
 
 
 class LatchingPublisher(Protocol):
@@ -161,29 +178,29 @@ class Latched:
 class SplitFile(RecordingFile):
     """Writes a recording in parts; a message that does not fit into one begins the next."""
 
-    def __init__(self, path: Path, split: Split, begin: Begin, *, durable: bool) -> None:
+    def __init__(self, path: Path, split: Split, make_file: FileMaker, *, durable: bool) -> None:
         """Begin the first part.
 
         Args:
             path: the name of a file; each part has it with its number, `run_0.mcap`.
             split: when a part ends.
-            begin: makes a part's file, and writes the facts of the run and these words about the part to it.
+            make_file: makes a part's file, and writes the facts of the run and the metadata of the part to it.
             durable: whether each part survives a loss of power once it has ended.
 
         Raises:
             RecordingRefused: its file is there already, or cannot be made.
         """
-        self._named, self._split, self._begin, self._durable = path, split, begin, durable
+        self._named, self._split, self._make_file, self._durable = path, split, make_file, durable
         self._number, self._first = 0, 1
         self._first_ns: int | None = None
         self._recorded_before = self._missed_before = 0
         """The messages of the parts that have ended."""
-        self._repeated = self._beginning = 0
+        self._repeated = self._head_size = 0
         """The messages that an earlier part has, and the size of all that stands before new ones."""
         self._schemas: dict[int, tuple[int, str, str, bytes]] = {}
         self._channels: dict[int, tuple[int, str, str, int, Mapping[str, str]]] = {}
         self._latched: dict[LatchingPublisher, deque[Latched]] = {}
-        super().__init__(*begin(self._path(0), part_words(0, 1, {})))
+        super().__init__(*make_file(self._path(0), part_metadata(0, 1, {})))
 
     @property
     def written(self) -> int:
@@ -224,15 +241,15 @@ class SplitFile(RecordingFile):
     def _is_full(self, time_ns: int) -> bool:
         size, duration_s, first_ns = self._split.size, self._split.duration_s, self._first_ns or 0
         # Repeats do not count: a map that is larger than a part would otherwise begin a part for each message.
-        by_size = size is not None and self._writer.size - self._beginning >= size
+        by_size = size is not None and self._writer.size - self._head_size >= size
         return by_size or (duration_s is not None and time_ns - first_ns >= round(duration_s * 1e9))
 
     def _go_on(self, sequence: int, time_ns: int) -> None:
         """End this part, and begin the next with the message of this number and time."""
         recorded = self._writer.messages - self._repeated
         missed = sequence - self._first - recorded
-        name, words = ledger({}, recorded, missed)
-        self._writer.add_metadata(name, {**words, "continued": "true"})
+        name, account = ledger({}, recorded, missed)
+        self._writer.add_metadata(name, {**account, "continued": "true"})
         self._writer.finish()
         if self._durable:
             self._destination.secure()
@@ -240,29 +257,29 @@ class SplitFile(RecordingFile):
         latched = sorted((each for kept in self._latched.values() for each in kept), key=attrgetter("sequence"))
         counts = Counter(self._channels[each.channel_id][1] for each in latched)
         number = self._number + 1
-        self._destination, self._writer = self._begin(self._path(number), part_words(number, sequence, counts))
+        self._destination, self._writer = self._make_file(self._path(number), part_metadata(number, sequence, counts))
         self._number, self._first, self._first_ns = number, sequence, time_ns
         self._recorded_before += recorded
         self._missed_before += missed
         self._repeated = len(latched)
-        self._begin_with(latched, time_ns)
+        self._write_head(latched, time_ns)
 
-    def _begin_with(self, latched: Sequence[Latched], time_ns: int) -> None:
-        """Write what earlier parts have and a reader of this one needs."""
+    def _write_head(self, latched: Sequence[Latched], time_ns: int) -> None:
+        """Write the types, topics and latched messages of earlier parts, which a reader of this part alone needs."""
         for schema in self._schemas.values():
             self._writer.add_schema(*schema)
         for channel in self._channels.values():
             self._writer.add_channel(*channel)
         self.repeat(((each.channel_id, each.time_ns, each.payload) for each in latched), time_ns)
         self._writer.cut()
-        self._beginning = self._writer.size
+        self._head_size = self._writer.size
 
     def _path(self, number: int) -> Path:
         return self._named.with_stem(f"{self._named.stem}_{number}")
 
 
-def part_words(number: int, first: int, repeated: Mapping[str, int], *, reason: str = "") -> Words:
+def part_metadata(number: int, first: int, repeated: Mapping[str, int], *, reason: str = "") -> MetadataRecord:
     """Return the metadata of a part, as `BagPart` has it."""
-    words = {"number": str(number), "first": str(first)}
-    words |= {"repeated": json.dumps(repeated)} if repeated else {}
-    return PART, words | ({"reason": reason} if reason else {})
+    place = {"number": str(number), "first": str(first)}
+    place |= {"repeated": json.dumps(repeated)} if repeated else {}
+    return PART, place | ({"reason": reason} if reason else {})

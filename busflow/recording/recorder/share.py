@@ -22,23 +22,21 @@ class Share:
     outside: Mapping[str, str]
     """The process that records messages from outside, of a terminal or a node of ROS 2, by topic."""
 
-    def as_words(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """Return the share as plain data for JSON."""
-        words = {"process": self.process, "file": str(self.file), "spec": asdict(self.spec)}
-        return {**words, "nodes": sorted(self.nodes), "outside": dict(self.outside)}
+        own = {"process": self.process, "file": str(self.file), "spec": asdict(self.spec)}
+        return {**own, "nodes": sorted(self.nodes), "outside": dict(self.outside)}
 
     @classmethod
-    def of_words(cls, words: Mapping[str, Any]) -> Self:
-        """Return the share that `as_words` wrote.
+    def of_json(cls, data: Mapping[str, Any]) -> Self:
+        """Return the share that `as_json` wrote.
 
         Raises:
-            ValueError, TypeError, LookupError: These are no words of a share.
+            ValueError, TypeError, LookupError: This is not the data of a share.
         """
-        spec = dict(words["spec"])
+        spec = dict(data["spec"])
         spec |= {"topics": tuple(spec["topics"]), "exclude": tuple(spec["exclude"])}
         spec["split"] = None if spec["split"] is None else Split(**spec["split"])
         spec["snapshot"] = None if spec["snapshot"] is None else SnapshotSpec(**spec["snapshot"])
         spec |= {"on_drop": OnDrop(spec["on_drop"]), "compression": Compression(spec["compression"])}
-        return cls(
-            words["process"], Path(words["file"]), RecordSpec(**spec), frozenset(words["nodes"]), words["outside"]
-        )
+        return cls(data["process"], Path(data["file"]), RecordSpec(**spec), frozenset(data["nodes"]), data["outside"])

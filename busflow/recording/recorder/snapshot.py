@@ -16,7 +16,7 @@ from busflow.launchfile.model.description import OnDrop
 from busflow.recording.recorder.capture import Capture
 from busflow.recording.recorder.destination import foresee_snapshots, numbered
 from busflow.recording.recorder.last_moments import Kept, LastMoments
-from busflow.recording.recorder.recording_file import beginning
+from busflow.recording.recorder.recording_file import graph_file_maker
 from busflow.recording.recorder.snapshot_file import CLOSE_TIMEOUT_S, SnapshotFile
 from busflow.runner.extension import Extension
 from busflow.text import printable
@@ -89,7 +89,7 @@ class SnapshotRecorder(Extension):
             RecordingRefused: the name has a wrong placeholder or suffix, or its folder is not there.
         """
         self._path = foresee_snapshots(self._spec.to, run=self._graph.name).absolute()
-        self._begin_file = beginning(self._graph, self._spec)
+        self._make_file = graph_file_maker(self._graph, self._spec)
         self._capture.begin()
 
     def end(self) -> None:
@@ -132,7 +132,7 @@ class SnapshotRecorder(Extension):
                 path,
                 reason,
                 self._window,
-                begin=self._begin_file,
+                make_file=self._make_file,
                 tracks=self._capture.tracks,
                 number=self._sequence + 1,
                 threaded=self._clock.kind == "system" and not self._is_over,

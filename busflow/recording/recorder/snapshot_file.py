@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.recording.recorder.channels import Announcer
-from busflow.recording.recorder.recording_file import RecordingFile, part_words
+from busflow.recording.recorder.recording_file import RecordingFile, part_metadata
 from busflow.recording.recorder.spool import MOST_BYTES, Spool, reason_of
 from busflow.runner.report import SnapshotReport
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from busflow.recording.recorder.channels import Track, Tracks
     from busflow.recording.recorder.last_moments import Kept, LastMoments
-    from busflow.recording.recorder.recording_file import Begin
+    from busflow.recording.recorder.recording_file import FileMaker
 
 
 class SnapshotFile:
@@ -30,7 +30,15 @@ class SnapshotFile:
     """
 
     def __init__(
-        self, path: Path, reason: str, window: LastMoments, *, begin: Begin, tracks: Tracks, number: int, threaded: bool
+        self,
+        path: Path,
+        reason: str,
+        window: LastMoments,
+        *,
+        make_file: FileMaker,
+        tracks: Tracks,
+        number: int,
+        threaded: bool,
     ) -> None:
         """Make the file, and begin to write the window into it.
 
@@ -38,7 +46,7 @@ class SnapshotFile:
             path: the file, which must not exist.
             reason: what the snapshot shows.
             window: what is kept; nothing may be added to it meanwhile.
-            begin: makes the file.
+            make_file: makes the file.
             tracks: what is captured; those with a publisher are in the file, also without a message.
             number: the number of the next message.
             threaded: whether a thread writes, so that nothing waits for the disk.
@@ -52,7 +60,7 @@ class SnapshotFile:
         self._first = recent[0].sequence if recent else number
         self._first_ns = self._last_ns = recent[0].time_ns if recent else 0
         repeated = Counter(each.track.topic for each in older)
-        file = RecordingFile(*begin(path, part_words(0, self._first, repeated, reason=reason)))
+        file = RecordingFile(*make_file(path, part_metadata(0, self._first, repeated, reason=reason)))
         self._spool = Spool(file, threaded=threaded, on_failure=lambda _error: None, most_bytes=MOST_BYTES)
         self._announcer, self._numbers = Announcer(), dict[str, int]()
         self._recorded = self._missed = 0

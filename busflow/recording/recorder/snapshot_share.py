@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from busflow.errors import RecordingRefused
-from busflow.recording.recorder.recording_file import beginning
+from busflow.recording.recorder.recording_file import graph_file_maker
 from busflow.recording.recorder.snapshot import SnapshotRecorder
 from busflow.runner.report import SnapshotReport
 
@@ -59,7 +59,7 @@ class SnapshotShare(SnapshotRecorder):
     def begin(self) -> None:
         """Keep messages from now on."""
         self._loop = asyncio.get_running_loop()
-        self._begin_file = beginning(self._graph, self._spec, self._process)
+        self._make_file = graph_file_maker(self._graph, self._spec, self._process)
         self._capture.begin()
 
     def end(self) -> None:

@@ -63,7 +63,7 @@ class Calls(Extension):
         for name, service_type in served.items():
             check.watch(name, plain_of(service_type.Response))
 
-    def role(self, channel: Channel) -> Callable[[Entry], None] | None:
+    def handler(self, channel: Channel) -> Callable[[Entry], None] | None:
         """Return the handler of a service's recorded events; None for other channels, or if no node needs them."""
         name = channel.topic.removesuffix(SUFFIX)
         if name == channel.topic:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
     from busflow.runner.loops.virtual import VirtualLoop
 
-Role = Callable[["Entry"], None]
+EntryHandler = Callable[["Entry"], None]
 """Handles the recorded messages of one channel."""
 
 
@@ -77,7 +77,7 @@ class Rerun:
         self._calls = Calls(graph, check, past)
         self._inputs = Inputs(graph, self._published, shares(bag, self._nodes), self._calls.goals)
         graph.attach(self._calls)
-        self._roles: dict[Channel, tuple[Role, bool] | None] = {}
+        self._handlers: dict[Channel, tuple[EntryHandler, bool] | None] = {}
         self._initially_set: set[str] = set()
         """Nodes whose first recorded parameter event has been skipped."""
         self._began = past.started_ns > 0
@@ -92,10 +92,10 @@ class Rerun:
             for entry in self._bag.entries():
                 if graph.ending.is_set():
                     break
-                role = self._role(entry.channel)
-                if role is None:
+                found = self._handler(entry.channel)
+                if found is None:
                     continue
-                handle, is_event = role
+                handle, is_event = found
                 if is_event:
                     await self._reach(entry.log_time_ns)
                 handle(entry)
@@ -141,13 +141,13 @@ class Rerun:
 
     # The handler of each channel.
 
-    def _role(self, channel: Channel) -> tuple[Role, bool] | None:
+    def _handler(self, channel: Channel) -> tuple[EntryHandler, bool] | None:
         """Return the handler of a channel, and whether its messages are events for the nodes; None to ignore them."""
-        if channel not in self._roles:
-            self._roles[channel] = self._find_role(channel)
-        return self._roles[channel]
+        if channel not in self._handlers:
+            self._handlers[channel] = self._find_handler(channel)
+        return self._handlers[channel]
 
-    def _find_role(self, channel: Channel) -> tuple[Role, bool] | None:
+    def _find_handler(self, channel: Channel) -> tuple[EntryHandler, bool] | None:
         topic = channel.topic
         if topic == TICKS:
             return self._tick, True
@@ -155,7 +155,7 @@ class Rerun:
             return self._change, True
         if topic in self._published:
             return (self._compare, False) if topic in self._check.compared else None
-        feed = self._calls.role(channel) or self._inputs.feed(channel)
+        feed = self._calls.handler(channel) or self._inputs.feed(channel)
         return None if feed is None else (feed, True)
 
     def _compare(self, entry: Entry) -> None:
@@ -187,7 +187,7 @@ class Rerun:
     # Messages that the nodes publish.
 
     def _on_attach(self, attached: object) -> None:
-        self._roles.clear()
+        self._handlers.clear()
         if not isinstance(attached, Publisher):
             return
         publisher = cast("Publisher[Any]", attached)

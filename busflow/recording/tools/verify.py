@@ -1,4 +1,4 @@
-"""Examination: reads all of a recording, and compares its statements with its contents."""
+"""Examination: reads all of a recording, and compares what it states with what it holds."""
 
 from __future__ import annotations
 
@@ -67,21 +67,21 @@ class Examination:
 def examine(bag: Bag, on_message: Callable[[], None] = lambda: None) -> Examination:
     """Read all of a bag, and find what is wrong with it."""
     found = Examination()
-    lying = {
-        file.path: _Structure(file.path, found, accounted=bag.ledger is not None).examine()
+    held = {
+        file.path: _FileExamination(file.path, found, accounted=bag.ledger is not None).run()
         for file in bag.files
         if isinstance(file, McapFile)
     }
     read = _examine_messages(bag, found, on_message)
-    whole = [sum(lying.get(file.path, 0) for file in series.files) - sum(series.repeated[1:]) for series in bag.series]
+    whole = [sum(held.get(file.path, 0) for file in series.files) - sum(series.repeated[1:]) for series in bag.series]
     there = list(map(max, read, whole))
     found.there = sum(there)
     _examine_account(bag, found, there)
     return found
 
 
-class _Structure:
-    """The records of one file, in their order."""
+class _FileExamination:
+    """The examination of one file's records: chunks against their times and indices, the summary against its counts."""
 
     def __init__(self, path: Path, found: Examination, *, accounted: bool) -> None:
         self._path, self._name, self._found, self._accounted = path, str(path), found, accounted
@@ -93,14 +93,14 @@ class _Structure:
         self._index: dict[int, list[tuple[int, int]]] = {}
         """For each channel the times and offsets of its messages in the chunk."""
 
-    def examine(self) -> int:
-        """Read the file; return how many messages it holds."""
+    def run(self) -> int:
+        """Read the file, beyond damage too; return how many messages it holds."""
         with Contents(self._path) as contents:
             for found in contents.beyond_damage():
                 if len(contents.damages) > self._damages:
                     self._end_chunk()
                     self._damages, self._behind_damage = len(contents.damages), True
-                self._look(found)
+                self._examine_record(found)
             self._end_chunk()
             unfinished = contents.unfinished
             for damage in contents.damages:
@@ -113,7 +113,7 @@ class _Structure:
         kind, code = (FindingKind.INCOMPLETE, "unfinished") if cut else (FindingKind.WRONG, "damaged")
         self._add(kind, code, damage.reason, damage.offset)
 
-    def _look(self, found: Found) -> None:
+    def _examine_record(self, found: Found) -> None:
         record = found.record
         if isinstance(record, records.Message):
             self._counts[record.channel_id] += 1
@@ -131,14 +131,14 @@ class _Structure:
             case records.MessageIndex() if self._behind_damage:
                 pass
             case records.MessageIndex():
-                self._look_at_index(record, found.offset)
+                self._examine_index(record, found.offset)
             case records.Statistics():
                 self._end_chunk()
-                self._look_at_statistics(record, found.offset)
+                self._examine_statistics(record, found.offset)
             case _:
                 self._end_chunk()
 
-    def _look_at_index(self, index: records.MessageIndex, offset: int) -> None:
+    def _examine_index(self, index: records.MessageIndex, offset: int) -> None:
         there = self._index.get(index.channel_id, [])
         if sorted(index.records) != sorted(there):
             message = (
@@ -147,6 +147,7 @@ class _Structure:
             self._add(FindingKind.WRONG, "index", message, offset)
 
     def _end_chunk(self) -> None:
+        """Compare the times that a chunk states with those of its messages, once all of these have been read."""
         if self._chunk is not None:
             (chunk, offset), times = self._chunk, [each[0] for those in self._index.values() for each in those]
             if times and (min(times), max(times)) != (chunk.start_ns, chunk.end_ns):
@@ -155,7 +156,7 @@ class _Structure:
         self._chunk = None
         self._index.clear()
 
-    def _look_at_statistics(self, statistics: records.Statistics, offset: int) -> None:
+    def _examine_statistics(self, statistics: records.Statistics, offset: int) -> None:
         if self._damages and self._accounted:
             return  # the ledger says what the damage has taken
         stated = {number: count for number, count in statistics.channel_message_counts.items() if count}
@@ -171,7 +172,7 @@ class _Structure:
 
 
 def _examine_messages(bag: Bag, found: Examination, on_message: Callable[[], None]) -> list[int]:
-    """Read every message by its type, and look at their numbers; how many there are, by series."""
+    """Read every message by its type, and examine their numbers; return how many there are, by series."""
     counts = [0] * len(bag.series)
     faults: Counter[Channel] = Counter()
     unreadable: set[Channel] = set()
@@ -185,7 +186,7 @@ def _examine_messages(bag: Bag, found: Examination, on_message: Callable[[], Non
         if bag.facts is not None and not repeated:
             for message in _out_of_sequence(before[number], entry.sequence):
                 kind = FindingKind.INCOMPLETE if entry.sequence > before[number] else FindingKind.WRONG
-                found.add(kind, "sequence", _of(bag, number) + message)
+                found.add(kind, "sequence", _prefix(bag, number) + message)
             before[number] = entry.sequence
         if channel in unreadable:
             continue
@@ -234,7 +235,7 @@ def _examine_account(bag: Bag, found: Examination, counts: Sequence[int]) -> Non
         found.add(FindingKind.INCOMPLETE, "unfinished", bag.unfinished.reason)
     for number, series in enumerate(bag.series):
         for kind, code, message in _contradictions(series, counts[number]):
-            found.add(kind, code, _of(bag, number) + message)
+            found.add(kind, code, _prefix(bag, number) + message)
 
 
 def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, str, str]]:
@@ -275,6 +276,6 @@ def _published(ledger: RunOutcome, *, elsewhere: bool) -> Mapping[str, tuple[int
     return found
 
 
-def _of(bag: Bag, number: int) -> str:
+def _prefix(bag: Bag, number: int) -> str:
     """Return the prefix of a finding about one process's messages."""
     return "" if len(bag.series) == 1 else f"{bag.series[number].files[0].path.name}: "

@@ -552,4 +552,4 @@ async def test_two_types_of_one_name_stay_apart(tmp_path):
 def test_share_survives_its_way_as_json(tmp_path):
     spec = RecordSpec(to="run.mcap", topics=("/a",), exclude=("/b",))
     share = Share("main", tmp_path / "run.mcap", spec, frozenset({"/one", "/two"}), {"/c": "other"})
-    assert Share.of_words(json.loads(json.dumps(share.as_words()))) == share
+    assert Share.of_json(json.loads(json.dumps(share.as_json()))) == share
