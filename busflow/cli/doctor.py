@@ -35,8 +35,8 @@ Examples:
 
 _LISTEN_S = 0.5
 """Time to listen to the frames of a run that has any."""
-_PEERS = 3
-"""Addresses that a finding names."""
+_MOST_ADDRESSES = 3
+"""Limit of the addresses that a finding names."""
 _Findings = list[tuple[str | None, Problem]]
 """Problems, each with the name of its run, or None."""
 
@@ -62,20 +62,27 @@ def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
 
     Directories left behind by dead runs are removed.
     """
-    places = _places()
-    findings = _Findings((None, each) for each in (*_about_versions(), *_about_commands(context), *_about(places)))
-    examined = [_examine(present) for present in _present(run, findings)]
+    folders = _folders()
+    found = (*_about_inspection(), *_about_commands(context), *_about_folders(folders))
+    findings = _Findings((None, each) for each in found)
+    examined = [_examine(present) for present in _runs(run, findings)]
     findings += [(each.present.run.name, problem) for each in examined for problem in each.findings]
     if as_json:
         rows = [{"run": name, **problem.as_json()} for name, problem in findings]
         runs = [_run_json(each) for each in examined]
-        print_answer({"ok": not findings, **_surroundings(places), "runs": runs, "findings": rows})
+        print_answer({"ok": not findings, **_surroundings(folders), "runs": runs, "findings": rows})
     else:
-        _print(places, examined, findings)
+        _print(folders, examined, findings)
     return ExitCode.DIFFERENT if findings else ExitCode.OK
 
 
-def _present(run: str | None, findings: _Findings) -> Iterator[PresentRun]:
+def _runs(run: str | None, findings: _Findings) -> Iterator[PresentRun]:
+    """Yield the run of this name, or all runs, each asked for its state.
+
+    Raises:
+        NoSuchRun: There is no run of this name.
+        InspectionUnavailable: The runs cannot be listed, which no finding says yet.
+    """
     from busflow.wire.client.runs import ask_run, ask_runs
 
     if run is not None:
@@ -101,7 +108,7 @@ def _versions() -> dict[str, str | None]:
     return {"busflow": busflow.__version__, "python": platform.python_version(), "zenoh": zenoh}
 
 
-def _places() -> list[Folder]:
+def _folders() -> list[Folder]:
     """Return the folders for runs; none where the platform has nothing that connects terminals with runs."""
     from busflow.wire.zenoh.run_directory import folders
 
@@ -111,7 +118,8 @@ def _places() -> list[Folder]:
         return []
 
 
-def _about_versions() -> Iterator[Problem]:
+def _about_inspection() -> Iterator[Problem]:
+    """Yield what this machine lacks for one terminal to inspect the runs of another."""
     from busflow.wire.zenoh.session import require_unix_sockets, require_zenoh
 
     try:
@@ -131,7 +139,7 @@ def _about_commands(context: click.Context) -> Iterator[Problem]:
         yield from root.problems()
 
 
-def _about(folders: list[Folder]) -> Iterator[Problem]:
+def _about_folders(folders: list[Folder]) -> Iterator[Problem]:
     for each in folders:
         if each.fault:
             yield Problem("unsafe-folder", each.fault, f"see who owns it: ls -ld {each.path}")
@@ -162,7 +170,7 @@ def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
     topics = sum(not topic.hidden for topic in graph.topics.values())
     others = neighbours(tokens, answers)
     wrong = (
-        *_about_age(present),
+        *_about_version(present),
         *_about_machines(present),
         *_about_connections(present),
         *_about_processes(present),
@@ -205,7 +213,8 @@ def _about_connections(present: PresentRun) -> Iterator[Problem]:
     silent = silent_connections(present.port) if present.port is not None else ()
     if silent:
         peers = list(dict.fromkeys(each.peer for each in silent))
-        shown = ", ".join(peers[:_PEERS]) + (f" and {len(peers) - _PEERS} more" if len(peers) > _PEERS else "")
+        shown = ", ".join(peers[:_MOST_ADDRESSES])
+        shown += f" and {len(peers) - _MOST_ADDRESSES} more" if len(peers) > _MOST_ADDRESSES else ""
         what = counted(len(silent), "connection has", "connections have")
         text = f"{what} sent nothing to port {present.port} for up to {silent[0].silent_s:.0f} s, from {shown}"
         fix = "let a firewall admit your machines only: silent connections keep them out"
@@ -248,7 +257,7 @@ def _about_frames(peer: Peer, graph: GraphView) -> Iterator[Problem]:
     yield from seen.problems()
 
 
-def _about_age(present: PresentRun) -> Iterator[Problem]:
+def _about_version(present: PresentRun) -> Iterator[Problem]:
     theirs = present.run.card.version
     if theirs != busflow.__version__:
         text = f"it runs busflow {theirs or 'of an unknown version'}, and this is {busflow.__version__}"

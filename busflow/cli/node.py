@@ -46,6 +46,16 @@ _COLUMNS = (
     Column("RESTARTS"),
 )
 
+_TITLES = {
+    "subscriptions": "Subscribers",
+    "publishers": "Publishers",
+    "services": "Service Servers",
+    "clients": "Service Clients",
+}
+"""ROS 2's titles for the endpoints of a node, by the attribute of `NodeView`, which is the key in JSON too."""
+_ACTION_TITLES = {"action_servers": "Action Servers", "action_clients": "Action Clients"}
+"""ROS 2's titles of what stays empty here: an action is shown by its services and topics."""
+
 node: LazyGroup = LazyGroup(
     "node", _VERBS, help="Look at the nodes of a running graph; stop and start them.", epilog=_EXAMPLES
 )
@@ -82,21 +92,17 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> Non
         found = peer.graph().node(name)
         answers = peer.ask("parameters", node=found.name)
     parameters = sum(len(each.get(found.name, ())) for each in answers)
-    ends = {
-        "Subscribers": found.subscriptions,
-        "Publishers": found.publishers,
-        "Service Servers": found.services,
-        "Service Clients": found.clients,
-    }
-    shown = {title: _ends(each, hidden=include_hidden) for title, each in ends.items()}
+    endpoints = {key: _names_and_types(getattr(found, key), hidden=include_hidden) for key in _TITLES}
     if as_json:
-        print_answer({"run": peer.run.name, **_info_json(found, shown), "parameters": parameters})
+        named = {key: [{"name": name, "type": type_} for name, type_ in rows] for key, rows in endpoints.items()}
+        print_answer({"run": peer.run.name, **_row_json(found), **named, "parameters": parameters})
         return
     click.echo(printable(found.name))
-    for title, rows in {**shown, "Action Servers": [], "Action Clients": []}.items():
+    for key, title in (_TITLES | _ACTION_TITLES).items():
+        rows = endpoints.get(key, [])
         click.echo(f"  {title}:" + ("" if rows else "\n"))
-        for topic, type_ in rows:
-            print_text(f"    {topic}:", type_, indent="  ")
+        for endpoint, type_ in rows:
+            print_text(f"    {endpoint}:", type_, indent="  ")
     details = found.details
     click.echo(f"  State: {_state(found)}")
     if details:
@@ -223,9 +229,9 @@ def _print_dependants(graph: GraphView, stopped: Sequence[str]) -> None:
             print_message(f"warning: {each.name} depends on {', '.join(needed)}, and goes on")
 
 
-def _ends(ends: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:
-    """Return topic and type of the endpoints, sorted and without duplicates."""
-    found = {(end.token.topic, end.token.type) for end in ends}
+def _names_and_types(endpoints: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:
+    """Return the topic or service of each endpoint and its type, sorted and without duplicates."""
+    found = {(each.token.topic, each.token.type) for each in endpoints}
     return sorted(each for each in found if hidden or not (is_hidden(each[0]) or each[1] in LOGGER_SERVICES))
 
 
@@ -236,9 +242,9 @@ def _state(node: NodeView) -> str:
 
 def _row(node: NodeView) -> tuple[object, ...]:
     details = node.details
-    ends = len(node.publishers), len(node.subscriptions)
     process = details.get("process", "-"), details.get("pid", "-")
-    return (node.name, _state(node), details.get("plugin", "-"), *process, *ends, details.get("restarts", "-"))
+    counts = len(node.publishers), len(node.subscriptions), details.get("restarts", "-")
+    return (node.name, _state(node), details.get("plugin", "-"), *process, *counts)
 
 
 def _row_json(node: NodeView) -> dict[str, Any]:
@@ -256,15 +262,6 @@ def _row_json(node: NodeView) -> dict[str, Any]:
         "publishers": len(node.publishers),
         "subscriptions": len(node.subscriptions),
     }
-
-
-def _info_json(node: NodeView, ends: dict[str, list[tuple[str, str]]]) -> dict[str, Any]:
-    words = {"Subscribers": "subscriptions", "Publishers": "publishers", "Service Servers": "services"}
-    named = {
-        words.get(title, "clients"): [{"name": name, "type": type_} for name, type_ in rows]
-        for title, rows in ends.items()
-    }
-    return _row_json(node) | named
 
 
 def _print_failures(nodes: Sequence[NodeView]) -> None:

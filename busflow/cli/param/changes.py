@@ -149,10 +149,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
     with joined(run) as peer:
         file = into or Path(short_path(peer.run.card.file))
         found = _drifts(peer, node, file)
-    from busflow.launchfile.check.drift import written_back
-    from busflow.launchfile.yaml.file_edit import LaunchFileEdit
-
-    LaunchFileEdit.of(file, lambda text: written_back(text, file, found)).write()
+    _edit(file, found).write()
     if as_json:
         saved = [{"name": each.name, "before": each.stated, "after": each.value} for each in found]
         print_answer({"run": peer.run.name, "node": full_name(node), "file": str(file), "saved": saved})
@@ -195,11 +192,15 @@ def saved_parameters(peer: Peer, nodes: Sequence[str]) -> LaunchFileEdit:
         NoSuchTarget: The file has no such node, or the node is not busflow's.
         LaunchError: The file cannot be read, or a value has no place in it.
     """
+    file = Path(peer.run.card.file)
+    return _edit(file, [each for node in nodes for each in _drifts(peer, node, file)])
+
+
+def _edit(file: Path, found: Sequence[Drift]) -> LaunchFileEdit:
+    """Return the edit that writes these values into a launch file."""
     from busflow.launchfile.check.drift import written_back
     from busflow.launchfile.yaml.file_edit import LaunchFileEdit
 
-    file = Path(peer.run.card.file)
-    found = [each for node in nodes for each in _drifts(peer, node, file)]
     return LaunchFileEdit.of(file, lambda text: written_back(text, file, found))
 
 
