@@ -94,7 +94,6 @@ def _declared(file: Path) -> set[str] | None:
 def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Problem]:
     """Return the problems of the file, of the nodes in its valid part, and of what a run needs besides."""
     with importing():
-        from busflow.launchfile.check.definitions import definition_problems
         from busflow.launchfile.model.placement import placed
         from busflow.launchfile.model.problems import in_order
         from busflow.runner.graph import Graph
@@ -108,7 +107,10 @@ def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Proble
             description, about_machines = _as_seen(description, machine)
             found += about_machines
         plan = Graph([description], strict=strict).plan()
-        found += definition_problems(description, plan.nodes)
+        if description.interfaces:
+            from busflow.launchfile.check.definitions import definition_problems
+
+            found += definition_problems(description, plan.nodes)
         found += [*plan.problems, *(expectation_problems(description, plan.nodes) if plan.is_whole else ())]
         placement = placed(description)
         if (placement.others or placement.elsewhere) and not is_simulated(description):

@@ -31,8 +31,8 @@ _ENDED = 0
 """Number that is no signal's: the run itself says that it has ended."""
 _LIMITED = 255
 """Number that is no signal's: the run's time limit begins, and after it the grace."""
-_LAST_S = 1.0
-"""Time for the last act before the process is ended by force; a disk may hang."""
+_LAST_S = 5.0
+"""Time for the last act before the process is ended by force: the machine may be busy, and a disk may hang."""
 CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
 """Exit codes of a run that a signal ends."""
 if hasattr(signal, "SIGHUP"):  # Windows does not have it

@@ -1,6 +1,8 @@
 """A graph as the whole program: it runs for its time or until its end, and its failure is the program's."""
 
 import asyncio
+import subprocess
+import sys
 
 import pytest
 
@@ -9,6 +11,21 @@ from busflow import Node, timer
 from busflow.errors import ExitCode, LaunchError, NodeFailed
 from busflow.runner.run import run_graph
 from busflow.runner.simulation import simulated_graph
+
+SHIELDED = """
+import asyncio, os, signal, sys
+import anyio, busflow
+
+class Shielded(busflow.Node):
+    async def start(self) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    async def stop(self) -> None:
+        with anyio.CancelScope(shield=True):
+            await asyncio.Event().wait()
+
+sys.exit(busflow.run(Shielded, inspect=False))
+"""
 
 
 class Ticker(Node):
@@ -81,3 +98,10 @@ def test_the_nodes_run_on_the_given_loop():
 
     assert run_graph(busflow.launch(Seer), loop_factory=factory) is ExitCode.OK
     assert made
+
+
+def test_a_loop_that_turns_ends_its_run():
+    done = subprocess.run([sys.executable, "-c", SHIELDED], stderr=subprocess.PIPE, text=True, timeout=60)
+    assert done.returncode == ExitCode.INTERRUPTED
+    assert "left behind" in done.stderr
+    assert "did not end" not in done.stderr, "it was ended by force"

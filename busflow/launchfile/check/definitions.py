@@ -20,8 +20,6 @@ from busflow.launchfile.model.description import LaunchDescription
 
 def definition_problems(description: LaunchDescription, nodes: Sequence[PlannedNode]) -> list[Problem]:
     """Return a problem for each class of an endpoint that differs from its file in a folder of `interfaces`."""
-    if not description.interfaces:
-        return []
     folders = [each.path for each in description.interfaces]
     library, found = Library(folders), dict[str, list[Problem]]()
     for cls in _classes(nodes):
