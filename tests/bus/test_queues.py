@@ -45,9 +45,11 @@ def test_drops_are_counted_while_a_listener_observes():
         queue.fast_push(item)
     assert (list(queue.items), queue.dropped, queue.counts_overflow) == (["b", "c"], 0, False)
     reasons: list[str] = []
+    others: list[str] = []
     queue.observe_drops(reasons.append)
+    queue.observe_drops(others.append)
     queue.fast_push("d")
-    assert (list(queue.items), queue.dropped, reasons) == (["c", "d"], 1, ["overflow"])
+    assert (list(queue.items), queue.dropped, reasons, others) == (["c", "d"], 1, ["overflow"], ["overflow"])
     queue.ignore_drops()
     queue.fast_push("e")
     assert (list(queue.items), queue.dropped, reasons) == (["d", "e"], 1, ["overflow"])

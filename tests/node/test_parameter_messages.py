@@ -42,6 +42,11 @@ def test_a_ros_2_value_survives_the_round_trip(value):
     assert type(back) is type(value)
 
 
+@pytest.mark.parametrize("value", [None, True, 3, 2.5, "a", [True, False], [1, -2], [0.5, 2.0], ["a", "b"]])
+def test_one_value_of_each_type_survives(value):
+    assert plain_value(value_message(value)) == value
+
+
 @pytest.mark.parametrize("value", [{"kp": 1.0}, [{"name": "knee"}], [1, "a"], [[1]], 2**70, [2**70], [True, 1]])
 def test_a_type_unknown_to_ros_becomes_json(value):
     message = value_message(value)
