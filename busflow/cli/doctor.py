@@ -63,8 +63,8 @@ def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
     Directories left behind by dead runs are removed.
     """
     folders = _folders()
-    found = (*_about_inspection(), *_about_commands(context), *_about_folders(folders))
-    findings = _Findings((None, each) for each in found)
+    machine = (*_about_inspection(), *_about_commands(context), *_about_folders(folders))
+    findings = _Findings((None, each) for each in machine)
     examined = [_examine(present) for present in _runs(run, findings)]
     findings += [(each.present.run.name, problem) for each in examined for problem in each.findings]
     if as_json:
@@ -213,8 +213,8 @@ def _about_connections(present: PresentRun) -> Iterator[Problem]:
     silent = silent_connections(present.port) if present.port is not None else ()
     if silent:
         peers = list(dict.fromkeys(each.peer for each in silent))
-        shown = ", ".join(peers[:_MOST_ADDRESSES])
-        shown += f" and {len(peers) - _MOST_ADDRESSES} more" if len(peers) > _MOST_ADDRESSES else ""
+        more = len(peers) - _MOST_ADDRESSES
+        shown = ", ".join(peers[:_MOST_ADDRESSES]) + (f" and {more} more" if more > 0 else "")
         what = counted(len(silent), "connection has", "connections have")
         text = f"{what} sent nothing to port {present.port} for up to {silent[0].silent_s:.0f} s, from {shown}"
         fix = "let a firewall admit your machines only: silent connections keep them out"

@@ -100,9 +100,7 @@ class Run:
             self._refuse(trace is not None, "--trace", "a trace works only in one process")
             self._refuse(self._inspect is False, "--no-inspect", "the processes of a run inspect each other")
         _refuse_overwriting(self._description.files, report, trace)
-        created = [
-            path for path, option in ((report, "--report"), (trace, "--trace")) if path and _create(path, option)
-        ]
+        new = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _create(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
                 attach_programs(graph, [self._placement])
@@ -112,7 +110,7 @@ class Run:
                     record_graph(graph, self._record)
                 code = self._run(graph, for_s, loop_factory, report)
         except LaunchError:
-            for path in created:
+            for path in new:
                 path.unlink(missing_ok=True)  # nothing ran, so there is nothing to report
             raise
         outcome = self._outcome(graph)

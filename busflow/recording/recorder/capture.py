@@ -68,7 +68,7 @@ class Capture:
             miss: takes the reason why a message that should be recorded is not.
 
         Raises:
-            InvalidName: one of the patterns is none.
+            InvalidName: one of the patterns is not valid.
         """
         self.tracks: Tracks = Tracks()
         self._graph, self._share, self._clock = graph, share, graph.clock

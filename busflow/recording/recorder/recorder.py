@@ -43,7 +43,7 @@ def record_graph(graph: Graph, wanted: Wanted | None) -> None:
 
     Raises:
         InvalidParameter: what is wanted cannot be, with every reason.
-        InvalidName: one of the patterns is none.
+        InvalidName: one of the patterns is not valid.
     """
     spec = spec_of(wanted, next((each.record for each in graph.descriptions if each.record is not None), None))
     if spec is None:
@@ -58,7 +58,7 @@ def record_share(graph: Graph, share: Share) -> None:
     """Record a graph that is yet to be started, being one process of a run of which each records itself.
 
     Raises:
-        InvalidName: one of the patterns is none.
+        InvalidName: one of the patterns is not valid.
     """
     graph.attach(Recorder(graph, share.spec, share))
 

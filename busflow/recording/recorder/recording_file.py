@@ -32,7 +32,7 @@ REPEATED = 0
 """The number of a message that an earlier part has."""
 
 
-class FileMaker(Protocol):
+class MakeFile(Protocol):
     """A function that makes a file of a recording: `path`, and `more` metadata beside the facts of the run."""
 
     def __call__(self, path: Path, *more: MetadataRecord) -> tuple[Destination, McapWriter]:
@@ -120,7 +120,7 @@ class RecordingFile:
         self._destination.close()
 
 
-def graph_file_maker(graph: Graph, spec: RecordSpec, process: str = "") -> FileMaker:
+def graph_file_maker(graph: Graph, spec: RecordSpec, process: str = "") -> MakeFile:
     """Return a function that makes the files of a graph's recording, with the facts as they are now."""
     now_ns = graph.clock.now_ns()
     run = facts(graph.name, graph.seed, graph.clock.kind, now_ns, process)
@@ -128,12 +128,8 @@ def graph_file_maker(graph: Graph, spec: RecordSpec, process: str = "") -> FileM
 
 
 def file_maker(
-    run: MetadataRecord,
-    compression: Compression,
-    attachments: Sequence[tuple[str, str]] = (),
-    *,
-    attached_ns: int = 0,
-) -> FileMaker:
+    run: MetadataRecord, compression: Compression, attachments: Sequence[tuple[str, str]] = (), *, attached_ns: int = 0
+) -> MakeFile:
     """Return a function that makes the files of a recording.
 
     Args:
@@ -178,7 +174,7 @@ class Latched:
 class SplitFile(RecordingFile):
     """Writes a recording in parts; a message that does not fit into one begins the next."""
 
-    def __init__(self, path: Path, split: Split, make_file: FileMaker, *, durable: bool) -> None:
+    def __init__(self, path: Path, split: Split, make_file: MakeFile, *, durable: bool) -> None:
         """Begin the first part.
 
         Args:

@@ -132,7 +132,7 @@ class SnapshotRecorder(Extension):
                 path,
                 reason,
                 self._window,
-                make_file=self._make_file,
+                make=self._make_file,
                 tracks=self._capture.tracks,
                 number=self._sequence + 1,
                 threaded=self._clock.kind == "system" and not self._is_over,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from busflow.recording.recorder.channels import Track, Tracks
     from busflow.recording.recorder.last_moments import Kept, LastMoments
-    from busflow.recording.recorder.recording_file import FileMaker
+    from busflow.recording.recorder.recording_file import MakeFile
 
 
 class SnapshotFile:
@@ -30,23 +30,15 @@ class SnapshotFile:
     """
 
     def __init__(
-        self,
-        path: Path,
-        reason: str,
-        window: LastMoments,
-        *,
-        make_file: FileMaker,
-        tracks: Tracks,
-        number: int,
-        threaded: bool,
+        self, path: Path, reason: str, kept: LastMoments, *, make: MakeFile, tracks: Tracks, number: int, threaded: bool
     ) -> None:
-        """Make the file, and begin to write the window into it.
+        """Make the file, and begin to write what is kept into it.
 
         Args:
             path: the file, which must not exist.
             reason: what the snapshot shows.
-            window: what is kept; nothing may be added to it meanwhile.
-            make_file: makes the file.
+            kept: the last moments; nothing may be added to them meanwhile.
+            make: makes the file.
             tracks: what is captured; those with a publisher are in the file, also without a message.
             number: the number of the next message.
             threaded: whether a thread writes, so that nothing waits for the disk.
@@ -56,11 +48,11 @@ class SnapshotFile:
         """
         self.path: Path = path
         self._reason, self._threaded = reason, threaded
-        recent, older = list(window), window.latched()
+        recent, older = list(kept), kept.latched()
         self._first = recent[0].sequence if recent else number
         self._first_ns = self._last_ns = recent[0].time_ns if recent else 0
         repeated = Counter(each.track.topic for each in older)
-        file = RecordingFile(*make_file(path, part_metadata(0, self._first, repeated, reason=reason)))
+        file = RecordingFile(*make(path, part_metadata(0, self._first, repeated, reason=reason)))
         self._spool = Spool(file, threaded=threaded, on_failure=lambda _error: None, most_bytes=MOST_BYTES)
         self._announcer, self._numbers = Announcer(), dict[str, int]()
         self._recorded = self._missed = 0

@@ -243,9 +243,8 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, s
     if ledger is None and series.facts is None:
         return
     unfinished = any(each.unfinished for each in series.files)
-    missing = list(
-        shortfalls(ledger, unfinished=unfinished, gaps=0, there=there - series.repeated[0])
-    )  # each gap was reported
+    # Without gaps: each was reported.
+    missing = list(shortfalls(ledger, unfinished=unfinished, gaps=0, there=there - series.repeated[0]))
     for code, text in missing:
         yield FindingKind.WRONG if code == "ledger" else FindingKind.INCOMPLETE, code, text
     if len(series.files) > 1 and not series.whole:
