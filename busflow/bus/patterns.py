@@ -34,7 +34,7 @@ class Selection:
         """Create a selection; a pattern needs no leading slash, a regular expression matches anywhere in a name.
 
         Raises:
-            InvalidName: one of them cannot match any name, or is no regular expression.
+            InvalidName: one of them cannot match any name, or is not a regular expression.
         """
         self._wanted = {pattern: _compiled(pattern).fullmatch for pattern in topics}
         self._wanted |= {regex: _expression(regex).search for regex in regexes}
@@ -71,8 +71,8 @@ def check_pattern(pattern: str) -> str:
     """
     if not _PATTERN.fullmatch(pattern) or "***" in pattern:
         raise InvalidName(
-            f"{printable(pattern, limit=200)!r} is no pattern of topics: a name in which * stands for a part, ** for "
-            "several: /imu/*, /arm/**"
+            f"{printable(pattern, limit=200)!r} is not a pattern of topics: a name in which * stands for a part, ** "
+            "for several: /imu/*, /arm/**"
         )
     return pattern
 
@@ -82,7 +82,7 @@ def _expression(regex: str) -> re.Pattern[str]:
         return re.compile(regex)
     except (re.error, OverflowError, RecursionError) as error:
         shown = printable(regex, limit=200)
-        raise InvalidName(f"{shown!r} is no regular expression: {error}; an example: '/(left|right)/image.*'") from None
+        raise InvalidName(f"invalid regular expression {shown!r}: {error}; example: '/(left|right)/image.*'") from None
 
 
 def _compiled(pattern: str) -> re.Pattern[str]:

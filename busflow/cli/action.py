@@ -321,7 +321,7 @@ def _identifier(text: str) -> uuid.UUID:
     try:
         return uuid.UUID(text)
     except ValueError:
-        message = f"{printable(repr(text), limit=100)} is no identifier of a goal"
+        message = f"{printable(repr(text), limit=100)} is not the identifier of a goal"
         raise InvalidInput(Problem("goal", message, "busflow action goals NAME lists them")) from None
 
 

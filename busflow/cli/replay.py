@@ -26,7 +26,7 @@ _SHOWN = 10
 
 def _number(ctx: click.Context, param: click.Parameter, given: float) -> float:
     if isnan(given):
-        raise click.BadParameter("nan is no tolerance: no difference would be within it", ctx, param)
+        raise click.BadParameter("nan is not a tolerance: no difference would be within it", ctx, param)
     return given
 
 

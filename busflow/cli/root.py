@@ -134,7 +134,7 @@ def _imported(entry: EntryPoint) -> click.Command:
             fix = f"install what provides {error.name!r} into the environment {sys.prefix}"
         raise PluginError(Problem("command-import", message, fix, tracebacks.user_line(error))) from error
     if not isinstance(command, click.Command):
-        message = f"busflow {entry.name} cannot be used: {where} is no click command"
+        message = f"busflow {entry.name} cannot be used: {where} is not a click command"
         raise PluginError(Problem("no-command", message, _removal(entry)))
     return command
 

@@ -23,7 +23,7 @@ def package_file(address: str, packages: Mapping[str, Path]) -> Path:
         NoSuchTarget: It is no such address, there is no such package or file, or the file is outside of the folder.
     """
     if not address.startswith(SCHEME):
-        raise NoSuchTarget(f"{quoted(address)} is no file of a package; write package://my_robot/meshes/arm.stl")
+        raise NoSuchTarget(f"{quoted(address)} is not a file of a package; write package://my_robot/meshes/arm.stl")
     name, _, path = unquote(address.removeprefix(SCHEME)).partition("/")
     if name not in packages:
         named = did_you_mean(name, packages, none="it names none")

@@ -137,13 +137,13 @@ class _Reader:
         stated = element.attributes.get("type", "")
         with suppress(ValueError):
             return JointKind(stated)
-        what = f"{quoted(stated)} is no type of a joint" if stated else f"the joint {quoted(name)} has no type"
+        what = f"{quoted(stated)} is not a type of joint" if stated else f"the joint {quoted(name)} has no type"
         fix = did_you_mean(stated, JointKind) if stated else f"known: {', '.join(JointKind)}"
         self._report("joint-type", what, fix, element, "type")
         return None
 
     def _end(self, name: str, element: Element, tag: str) -> str | None:
-        """Return the link at one end of a joint; None, and a problem, if it is none."""
+        """Return the link at one end of a joint; report an unknown one, and return None."""
         end = element.first(tag)
         link = end.attributes.get("link", "") if end is not None else ""
         if end is None or not link:
@@ -205,7 +205,7 @@ class _Reader:
         return default if stated is None else self._parsed(element, attribute, stated) or 0.0
 
     def _parsed(self, element: Element, attribute: str, text: str) -> float | None:
-        """Return a finite number; None, and a problem, if it is none."""
+        """Return a finite number; report any other text, and return None."""
         try:
             value = float(text)
         except ValueError:
@@ -213,7 +213,7 @@ class _Reader:
         if isfinite(value) and "_" not in text:
             return value
         fix = "xacro's ${…} is expanded first: xacro robot.xacro > robot.urdf" if "${" in text else None
-        self._report("bad-number", f"{quoted(text)} is no finite number", fix, element, attribute)
+        self._report("bad-number", f"{quoted(text)} is not a finite number", fix, element, attribute)
         return None
 
     # Joints that mimic others.

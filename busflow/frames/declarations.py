@@ -177,7 +177,7 @@ class Frames:
         """Publish transforms of edges that move, on `/tf`.
 
         Raises:
-            InvalidTransform: one has a number that is not finite, a quaternion that is none, would close a loop, or
+            InvalidTransform: one has a number that is not finite, an invalid quaternion, would close a loop, or
                 give a frame another parent than the one that another node of this process sends.
         """
         self._tree.claim(transforms, self._runtime.full_name, self._moving)

@@ -82,7 +82,7 @@ class SeenFrames:
 
     def _invalid(self) -> Iterator[Problem]:
         for (publisher, _), reason in self._refused.items():
-            text = f"{publisher or 'an unknown node'} publishes a transform that is none: {reason}"
+            text = f"{publisher or 'an unknown node'} publishes an invalid transform: {reason}"
             yield Problem("invalid-transform", text, "correct it there; every receiver leaves it out")
 
     def _parents(self) -> Iterator[Problem]:

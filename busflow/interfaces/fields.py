@@ -385,7 +385,7 @@ def _refuse_mistakes(annotation: Any) -> None:
         raise InvalidDeclaration(f"bytes are a UInt8Array, {_HOME}")
     if isinstance(annotation, type) and issubclass(annotation, np.generic):
         word = np.dtype(cast("Any", annotation)).name
-        raise InvalidDeclaration(f"numpy's {annotation.__name__} is no field type; write {word}, {_HOME}")
+        raise InvalidDeclaration(f"numpy's {annotation.__name__} is not a field type; write {word}, {_HOME}")
 
 
 def _nested(message: type[BaseModel], handler: GetCoreSchemaHandler) -> CoreSchema:

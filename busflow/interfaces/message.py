@@ -234,7 +234,7 @@ class Constant:
 def type_name(cls: type[Message | ServiceType]) -> str:
     """Return the full name of a message or service type: `sensor_msgs/msg/Imu`."""
     if not hasattr(cls, "__ros_name__"):
-        raise InvalidDeclaration(f"{cls!r} is no message type; write one: class Balance(Message): …")
+        raise InvalidDeclaration(f"{cls!r} is not a message type; write one: class Balance(Message): …")
     return cls.__ros_name__
 
 

@@ -153,18 +153,12 @@ def _load_installed(entry: EntryPoint, wanted: str) -> type[Node]:
 def _choose(name: str, wanted: str, module: ModuleType, classes: dict[str, type[Node]], where: str) -> type[Node]:
     """Return the class that is meant; the error names those that there are."""
     if wanted:
-        asked = classes.get(wanted) or vars(module).get(wanted)
+        asked, fix = classes.get(wanted) or vars(module).get(wanted), did_you_mean(wanted, classes, none=_NO_CLASS)
         if _is_node(asked):
             return asked
         if asked is None:
-            raise _error(
-                "unknown-plugin",
-                f"{where} has no class {quoted(wanted)}",
-                did_you_mean(wanted, classes, none=_NO_CLASS),
-            )
-        raise _error(
-            "no-node", f"{quoted(wanted)} in {where} is no Node subclass", did_you_mean(wanted, classes, none=_NO_CLASS)
-        )
+            raise _error("unknown-plugin", f"{where} has no class {quoted(wanted)}", fix)
+        raise _error("no-node", f"{quoted(wanted)} in {where} is not a Node subclass", fix)
     public = [each for each in classes if not each.startswith("_")]
     if len(public) == 1:
         return classes[public[0]]

@@ -175,7 +175,7 @@ def test_goal_prints_its_way_as_in_ros(capsys: Captured):
         (["info", "nothing"], 4, "there is no action /nothing"),
         (["find", "my_robot/action/Wave"], 4, "no action has the type my_robot/action/Wave"),
         (["cancel", "arm/move"], 2, "give the identifier of one goal, or --all"),
-        (["cancel", "arm/move", "seven"], 2, "'seven' is no identifier of a goal"),
+        (["cancel", "arm/move", "seven"], 2, "'seven' is not the identifier of a goal"),
         (["cancel", "arm/move", "07" * 16], 4, "/arm/move: no goal has this identifier"),
     ],
 )

@@ -169,7 +169,7 @@ def test_traceback_shows_the_failing_import(install: Install, capsys: Captured):
             "mine:none",
             "busflow spin cannot be imported from mine 1.0 (entry point busflow.commands: spin = mine:none): ",
         ),
-        ("mine:number", "mine 1.0 (entry point busflow.commands: spin = mine:number) is no click command"),
+        ("mine:number", "mine 1.0 (entry point busflow.commands: spin = mine:number) is not a click command"),
     ],
 )
 def test_non_command_is_refused(install: Install, capsys: Captured, value: str, expected: str):

@@ -153,7 +153,7 @@ def test_monitor_measures_rate_delay_and_publisher(folder: Path, capsys: Capture
 
 NO_ROTATION = ": no rotation is (0, 0, 0, 1)"
 WRONG = [
-    "/foreign publishes a transform that is none: odom → arm: its quaternion (0, 0, 0, 0) has the length 0, not 1",
+    "/foreign publishes an invalid transform: odom → arm: its quaternion (0, 0, 0, 0) has the length 0, not 1",
     "the frame wheel has had the parents map and odom, by /foreign",
     "2 nodes publish odom → base_link: ",
 ]
@@ -163,7 +163,7 @@ def test_what_is_wrong_in_a_recording_is_named(folder: Path, capsys: Captured):
     assert main(["tf", "monitor", "--bag", recorded(folder, "wrong"), "--json"]) == 3
     first, second = (each["message"] for each in json.loads(capsys.readouterr().out)["problems"])
     assert "/foreign" in first
-    assert first.endswith("publishes a transform that is none: " + WRONG[0].partition(" none: ")[2] + NO_ROTATION)
+    assert first.endswith("publishes an invalid transform: " + WRONG[0].partition(" transform: ")[2] + NO_ROTATION)
     assert second.startswith(WRONG[1].removesuffix("/foreign"))
     assert main(["tf", "tree", "--bag", recorded(folder, "wrong")]) == 3
     assert "error: the frame wheel has had the parents" in capsys.readouterr().out

@@ -70,7 +70,11 @@ BROKEN: dict[str, tuple[str, str, str]] = {
         "the joint 'elbow' has no type",
         "fixed, revolute",
     ),
-    "an unknown type": (robot(joint(type="@revolut"), WRIST), "'revolut' is no type", "did you mean 'revolute'"),
+    "an unknown type": (
+        robot(joint(type="@revolut"), WRIST),
+        "'revolut' is not a type of joint",
+        "did you mean 'revolute'",
+    ),
     "no parent": (
         robot('<@joint name="elbow" type="fixed"><child link="arm"/></joint>', WRIST),
         "the joint 'elbow' has no parent",
@@ -105,9 +109,17 @@ BROKEN: dict[str, tuple[str, str, str]] = {
     ),
     "an axis of no length": (robot(joint('<axis xyz="@0 0 0"/>'), WRIST), "has no direction", '"0 0 1"'),
     "two numbers": (robot(joint('<origin xyz="@0 1"/>'), WRIST), "three numbers, and here are 2", "0 0 0"),
-    "a number that is none": (robot(joint('<origin xyz="0 0 0" rpy="@0 zero 0"/>'), WRIST), "'zero' is no finite", ""),
-    "an infinite number": (robot(joint('<axis xyz="@0 0 inf"/>'), WRIST), "'inf' is no finite number", ""),
-    "an expression": (robot(joint('<origin xyz="@0 0 ${h}"/>'), WRIST), "'${h}' is no finite number", "expanded first"),
+    "a number that is none": (
+        robot(joint('<origin xyz="0 0 0" rpy="@0 zero 0"/>'), WRIST),
+        "'zero' is not a finite",
+        "",
+    ),
+    "an infinite number": (robot(joint('<axis xyz="@0 0 inf"/>'), WRIST), "'inf' is not a finite number", ""),
+    "an expression": (
+        robot(joint('<origin xyz="@0 0 ${h}"/>'), WRIST),
+        "'${h}' is not a finite number",
+        "expanded first",
+    ),
     "an unknown joint to mimic": (
         robot(joint(), joint('<mimic joint="@elbw"/>', name="wrist", ends="arm hand")),
         "no joint 'elbw' to mimic",
@@ -310,8 +322,8 @@ def test_file_of_a_package_is_found(folder: Path, address: str):
         ("package://lab", "there is no file '' in the package lab"),
         ("package://../lab/arm.stl", "names no package '..'"),
         ("package:///etc/passwd", "names no package ''"),
-        ("file:///etc/passwd", "is no file of a package"),
-        ("/etc/passwd", "is no file of a package"),
+        ("file:///etc/passwd", "is not a file of a package"),
+        ("/etc/passwd", "is not a file of a package"),
     ],
 )
 def test_address_that_leads_elsewhere_is_refused(folder: Path, address: str, message: str):

@@ -42,7 +42,7 @@ def test_every_mistake_names_its_nodes():
         (
             "invalid-transform",
             Severity.ERROR,
-            f"an unknown node publishes a transform that is none: odom → arm: {ZERO}",
+            f"an unknown node publishes an invalid transform: odom → arm: {ZERO}",
         ),
         ("two-parents", Severity.ERROR, "the frame goal has had the parents map and world, by unknown nodes"),
         ("two-publishers", Severity.WARNING, "2 nodes publish odom → base: /wheels, /slam"),
@@ -57,4 +57,4 @@ def test_one_of_several_publishers_is_no_finding():
     seen.add(message("odom", "arm", w=0.0), ("/wheels", "/slam"), 0, fixed=False)
     assert (seen.edges["base"].by, seen.edges["base"].one_of) == ("one of /wheels, /slam", True)
     (problem,) = seen.problems()
-    assert problem.message.startswith("one of /wheels, /slam publishes a transform that is none: odom → arm: ")
+    assert problem.message.startswith("one of /wheels, /slam publishes an invalid transform: odom → arm: ")

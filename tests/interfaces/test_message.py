@@ -340,7 +340,7 @@ def test_a_subclass_inherits_fields_and_has_its_name():
 
 @pytest.mark.parametrize("wrong", [Message, ServiceType, int])
 def test_what_is_no_message_type_has_no_name(wrong):
-    with pytest.raises(InvalidDeclaration, match="no message type"):
+    with pytest.raises(InvalidDeclaration, match="is not a message type"):
         type_name(wrong)
 
 

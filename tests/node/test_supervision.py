@@ -505,7 +505,7 @@ async def test_a_node_that_waits_in_vain_fails():
 @pytest.mark.parametrize(
     ("needs", "said"),
     [
-        ({"a": {"c": "ready"}}, "/a depends on /c, which is no node or program of this graph"),
+        ({"a": {"c": "ready"}}, "/a depends on /c, which is not a node or program of this graph"),
         ({"a": {"a": "ready"}}, "/a waits for /a: none of them would ever start"),
         ({"a": {"b": "ready"}, "b": {"a": "started"}}, "/a waits for /b waits for /a: none of them would ever start"),
         ({"a": {"b": "first_message"}}, "/a waits for the first message of /b, which publishes nothing"),

@@ -86,7 +86,7 @@ def mistakes(message: Balance) -> None:
     Balance(value=1, gains="123")  # pyright: ignore[reportArgumentType]  # nor an array
     Balance(value=1, gains=["1"])  # pyright: ignore[reportArgumentType]  # nor inside one
     Balance(value=1, gains=np.zeros(3, np.complex64))  # pyright: ignore[reportArgumentType]  # nor a complex one
-    Balance(value=1, flags=[0.5])  # pyright: ignore[reportArgumentType]  # a number is no boolean
+    Balance(value=1, flags=[0.5])  # pyright: ignore[reportArgumentType]  # a number is not a boolean
     Image(data=[0.5])  # pyright: ignore[reportArgumentType]  # a byte is an integer
     Header(stamp=1.0)  # pyright: ignore[reportArgumentType]  # seconds are no Time
     Header(stamp=ClockDuration(1))  # pyright: ignore[reportArgumentType]  # nor is a span

@@ -44,7 +44,7 @@ def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> flo
     try:
         hz = float(given or 0)
     except ValueError:
-        raise click.BadParameter(f"{given!r} is no number of Hz; write --clock=40, or FILE first", ctx, param) from None
+        raise click.BadParameter(f"{given!r} is not a rate; write --clock=40, or FILE first", ctx, param) from None
     if given is not None and not 0 < hz <= 1e4:
         raise click.BadParameter(f"{given} Hz is not above 0 and up to 10000", ctx, param)
     return hz

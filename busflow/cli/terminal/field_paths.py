@@ -113,7 +113,7 @@ def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, sha
             return None
         if isinstance(step, int):
             if not shape.is_sequence:
-                raise _invalid(f"{_named(shape)} is no sequence", option, text, start, len(f"[{step}]"))
+                raise _invalid(f"{_named(shape)} is not a sequence", option, text, start, len(f"[{step}]"))
             if shape.size and not -shape.size <= step < shape.size:  # a size of 0 is no limit
                 why = f"there is no item {step}, there are {'at most ' * (shape.count is Count.BOUNDED)}{shape.size}"
                 raise _invalid(why, option, text, start, len(f"[{step}]"), fix=f"the last one is [{shape.size - 1}]")

@@ -58,7 +58,7 @@ class TypedValues:
             if shape is not None and shape.fields is not None and key not in shape.fields:
                 return Problem("values", error.reason, None, member.key)
         where = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in error.path).lstrip(".")
-        unquoted = isinstance(value.content, int | float) and error.reason.endswith("is no text")
+        unquoted = isinstance(value.content, int | float) and error.reason.endswith("is not a text")
         return Problem("values", f"{error.type_name}: {where}: {error.reason}", "quote it" if unquoted else None, place)
 
 

@@ -398,25 +398,25 @@ def _checked_field(value: object, path: KeyPath) -> FieldDescription:
 
 def _number(value: object, path: KeyPath) -> int:
     if type(value) is not int or not 0 <= value < 1 << 32:
-        raise _refused(f"{brief(value)} is no number of 32 bits", path)
+        raise _refused(f"{brief(value)} is not a number of 32 bits", path)
     return value
 
 
 def _mapping(value: object, path: KeyPath) -> Mapping[str, Any]:
     if not isinstance(value, dict):
-        raise _refused(f"{brief(value)} is no mapping", path)
+        raise _refused(f"{brief(value)} is not a mapping", path)
     return cast("Mapping[str, Any]", value)
 
 
 def _list(value: object, path: KeyPath) -> list[object]:
     if not isinstance(value, list):
-        raise _refused(f"{brief(value)} is no list", path)
+        raise _refused(f"{brief(value)} is not a list", path)
     return cast("list[object]", value)
 
 
 def _word(value: object, pattern: re.Pattern[str], path: KeyPath) -> str:
     if not isinstance(value, str) or not pattern.fullmatch(value):
-        raise _refused(f"{brief(value)} is no name", path)
+        raise _refused(f"{brief(value)} is not a name", path)
     return value
 
 

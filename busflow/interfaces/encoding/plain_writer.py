@@ -172,7 +172,7 @@ def _check(base: str, code: str, value: Any) -> None:
     """Refuse a value that is not a number of this type; `pack` would let some pass."""
     accepted = bool if code == "?" else (float, int) if code in "fd" else int
     if not isinstance(value, accepted) or (isinstance(value, bool) and code != "?"):
-        raise _Unfit(f"{brief(value)} is no {base}")
+        raise _Unfit(f"{brief(value)} is not a valid {base}")
     try:
         pack(f"<{code}", value)
     except (StructError, OverflowError):
@@ -184,11 +184,11 @@ def _check(base: str, code: str, value: Any) -> None:
 def _text(bound: int, *, wide: bool) -> Writer:
     def write(data: bytearray, value: Any) -> None:
         if not isinstance(value, str):
-            raise _Unfit(f"{brief(value)} is no text")
+            raise _Unfit(f"{brief(value)} is not a text")
         try:
             units = value.encode("utf-16-le") if wide else value.encode()
         except UnicodeEncodeError as error:
-            raise _Unfit(f"{brief(value)} is no Unicode: {error.reason}") from None
+            raise _Unfit(f"{brief(value)} is not valid Unicode: {error.reason}") from None
         size = len(units) // 2 if wide else len(units)
         if bound and size > bound:
             raise _Unfit(f"{size} {'units of UTF-16' if wide else 'bytes of UTF-8'} where ROS allows {bound}")
@@ -211,7 +211,7 @@ def _default(field: Field, around: str) -> Any:
             return value_of(field)
         except ValueError:
             raise MalformedMessage(
-                f"{brief(field.default)} is no default of {field.base}", type_name=around, path=(field.name,)
+                f"{brief(field.default)} is not a default of {field.base}", type_name=around, path=(field.name,)
             ) from None
     if field.count is Count.ONE:
         return zero

@@ -28,7 +28,7 @@ def value_of(field: Field) -> Scalar | tuple[Scalar, ...]:
     (1.0, 0.5)
 
     Raises:
-        ValueError: It is none of the field's type; the text says why.
+        ValueError: It is not a value of the field's type; the text says why.
     """
     if field.count is Count.ONE:
         return scalar(field.base, field.default, field.string_bound)
@@ -47,18 +47,18 @@ def scalar(base: str, text: str, bound: int = 0) -> Scalar:
     (16, True, 'ahoy')
 
     Raises:
-        ValueError: The text is no such value.
+        ValueError: The text is not such a value.
     """
     shown = printable(text, limit=40)
     if base in ("string", "wstring"):
         return _text(text, bound)
     if base == "bool":
         if text.lower() not in _TRUTH:
-            raise ValueError(f"{shown} is no bool; write true or false")
+            raise ValueError(f"{shown} is not a bool; write true or false")
         return _TRUTH[text.lower()]
     is_float = base.startswith("float")
     if len(text) > _DIGITS or not (_FLOAT if is_float else _INTEGER).fullmatch(text):
-        raise ValueError(f"{shown} is no {base}")
+        raise ValueError(f"{shown} is not a valid {base}")
     value = float(text) if is_float else _integer(text)
     try:
         pack(f"<{PRIMITIVES[base].code}", value)

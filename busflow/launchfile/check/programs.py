@@ -40,7 +40,7 @@ def program_problems(descriptions: Sequence[LaunchDescription], *, simulated: bo
 
 def _problems(program: ProgramSpec) -> Iterator[Problem]:
     if not program.cwd.is_dir():
-        what = "is no folder" if program.cwd.exists() else "does not exist"
+        what = "is not a folder" if program.cwd.exists() else "does not exist"
         text = f"{program.name}: its folder {printable(program.cwd)} {what}"
         yield problem_at(
             "no-folder", text, "create it, or correct cwd; without it, the file's own folder", program.cwd_origin

@@ -38,7 +38,7 @@ def _unmet_dependencies(
     for other, condition in waiting.supervision.depends_on.items():
         found = known.get(other)
         if found is None:
-            text = f"{name} depends on {other}, which is no node or program of this graph"
+            text = f"{name} depends on {other}, which is not a node or program of this graph"
             fix = did_you_mean(other, known.keys() - {name}, none="leave it out: the graph has no other node")
             yield _at_dependency(waiting, other, "unknown-node", text, fix)
         elif isinstance(found, ProgramSpec):

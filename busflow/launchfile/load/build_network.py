@@ -68,7 +68,7 @@ def _router(stated: Value | None, problems: Problems) -> NetworkAddress:
     address = _address(stated)
     if address is None or address.protocol != TCP:
         fix = f"write it as {ROUTER}, a port of 1 to 65535"
-        problems.add(problem_at("bad-endpoint", f"{stated.content} is no address of a router", fix, stated.origin))
+        problems.add(problem_at("bad-endpoint", f"{stated.content} is not the address of a router", fix, stated.origin))
         return ROUTER
     if not address.is_loopback:
         text = f"{address} is not of this machine alone: any node of ROS 2 that reaches it takes part"
@@ -78,7 +78,7 @@ def _router(stated: Value | None, problems: Problems) -> NetworkAddress:
 
 
 def _address(stated: Value) -> NetworkAddress | None:
-    """Return a network address as it is written; None if it is none."""
+    """Return a network address as it is written; None if it is not valid."""
     found = _ENDPOINT.fullmatch(str(stated.content))
     if found is None or not 0 < int(found["port"]) <= _MOST_PORT:
         return None
@@ -161,7 +161,7 @@ class _Builder:
             return None
         text, end = value.content, _address(value)
         if end is None:
-            message = f"{text} is no endpoint"
+            message = f"{text} is not an endpoint"
             self._report("bad-endpoint", message, "write it as tls/192.0.2.7:7447, a port of 1 to 65535", value.origin)
             return None
         there = f"{TLS}/{text.partition('/')[2]}"
@@ -183,7 +183,7 @@ class _Builder:
     def _is_name(self, name: str, value: Value) -> bool:
         if NAME.fullmatch(name):
             return True
-        message = f"{name!r} is no name of a machine or a certificate"
+        message = f"{name!r} is not a name for a machine or a certificate"
         fix = "it is made of up to 32 letters, digits, _ and -, a letter first"
         self._report("invalid-name", message, fix, key_origin(value))
         return False

@@ -144,7 +144,7 @@ class NodeSpec:
 
     @property
     def folder(self) -> Path:
-        """The folder of the file that names its plugin; the working directory if it is none."""
+        """The folder of the file that names its plugin; the working directory if no file does."""
         place = self.plugin_origin.place if self.plugin_origin.source is StatedBy.FILE else None
         return Path(place.file).parent if place is not None else Path()
 

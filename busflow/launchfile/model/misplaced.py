@@ -47,7 +47,7 @@ class _Kind:
     keys: frozenset[str] | None = None
     """Keys of a model; None if any name is allowed."""
     entry: _Kind | None = None
-    """Kind of the mapping below each name; None if the value of a name is no mapping."""
+    """Kind of the mapping below each name; None if the value of a name is not a mapping."""
 
     def may_hold(self, key: str, value: Value) -> bool:
         """Return whether the mapping allows this key with this value.
@@ -73,7 +73,7 @@ class _Kind:
 
 
 def _kind(annotation: object) -> _Kind | None:
-    """Return the kind of a mapping of this type; None if it is no mapping."""
+    """Return the kind of a mapping of this type; None if it is not a mapping."""
     annotation, _ = split(annotation)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return _Kind(frozenset(annotation.model_fields))

@@ -53,5 +53,5 @@ class Ros2Spec:
         if re.fullmatch("[0-9]{1,3}", stated) and int(stated) <= MOST_DOMAIN:
             return int(stated)
         fix = f"set a number from 0 to {MOST_DOMAIN}, unset it, or state network: {{ros2: {{domain: 0}}}}"
-        text = f"{VARIABLE} is {stated[:40]!r}, which is no domain of ROS 2"
+        text = f"{VARIABLE} is {stated[:40]!r}, which is not a domain of ROS 2"
         raise LaunchError([Problem("bad-domain", text, fix, self.origin.place if self.origin else None)])

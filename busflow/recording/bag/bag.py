@@ -37,7 +37,7 @@ class Bag:
         """Open a recording.
 
         Raises:
-            BagError: It is none, or cannot be opened.
+            BagError: It is not a recording, or cannot be opened.
         """
         self.path: Path = Path(path)
         self.files: Sequence[BagFile] = ()

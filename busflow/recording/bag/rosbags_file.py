@@ -35,7 +35,7 @@ class RosbagsFile:
         """Open a database, or a directory with these files, and read its topics.
 
         Raises:
-            BagError: It is none, or rosbags is not installed.
+            BagError: It is not a recording, or rosbags is not installed.
         """
         self.path = path
         self.metadata: dict[str, dict[str, str]] = {}

@@ -265,7 +265,7 @@ def _opened(path: Path) -> BinaryIO:
         raise BagError(f"it cannot be opened: {error.strerror or error}", file=str(path)) from None
     except ValueError as error:  # a NUL in the name
         raise BagError(f"it cannot be opened: {error}", file=str(path)) from None
-    raise BagError("it is no file", file=str(path), fix="name an .mcap file, or the directory of a bag")
+    raise BagError("it is not a file", file=str(path), fix="name an .mcap file, or the directory of a bag")
 
 
 def _no_mcap(name: str, start: bytes, size: int) -> BagError:

@@ -472,6 +472,4 @@ def _parsed(payload: bytes) -> dict[str, Any]:
         found = json.loads(payload)
     except (ValueError, RecursionError):
         found = None
-    return (
-        found if isinstance(found, dict) else {"kind": "", "error": "a process of the run gave an answer that is none"}
-    )
+    return found if isinstance(found, dict) else {"kind": "", "error": "a process of the run gave an invalid answer"}

@@ -124,7 +124,7 @@ class Authority:
             text = f"there is no {path}: certificates are made where the authority's key is"
             raise CertificateError(f"{text}, which is nowhere else") from None
         except (ValueError, TypeError, OSError) as error:
-            raise CertificateError(f"{path} is no private key that can be read: {error}") from None
+            raise CertificateError(f"{path} is not a private key that can be read: {error}") from None
         if not isinstance(key, EllipticCurvePrivateKey):
             raise CertificateError(f"{path} is no key that busflow has made")
         return cls(folder, cert, key)

@@ -181,7 +181,7 @@ def wait_for_run(place, name):
         (["--remap", "numbers"], "'numbers' is not of the form /old:=/new"),
         (["--remap", "/numbers:=/a b"], "a b"),
         (["--rate", "0"], "0.0 is not in the range"),
-        (["--clock", "x"], "'x' is no number of Hz"),
+        (["--clock", "x"], "'x' is not a rate"),
         (["--clock=0"], "0 Hz is not above 0"),
         (["--duration", "x"], "a duration is"),
     ],

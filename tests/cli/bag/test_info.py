@@ -71,7 +71,7 @@ def test_missing_file_and_directory_are_errors(tmp_path, capsys):
 def test_non_file_is_reported_once(capsys):
     assert main(["bag", "info", "/dev/zero"]) == 2
     assert capsys.readouterr().err == (
-        "error: /dev/zero: it is no file; name an .mcap file, or the directory of a bag\n"
+        "error: /dev/zero: it is not a file; name an .mcap file, or the directory of a bag\n"
     )
 
 

@@ -232,7 +232,9 @@ class TestLab:
 
 def test_wrong_regular_expression_is_refused_at_once(capsys):
     assert main(["bag", "record", "-e", "*"]) == 2
-    assert capsys.readouterr().err.startswith("error: '*' is no regular expression: nothing to repeat at position 0; ")
+    assert capsys.readouterr().err.startswith(
+        "error: invalid regular expression '*': nothing to repeat at position 0; "
+    )
 
 
 @pytest.mark.parametrize(

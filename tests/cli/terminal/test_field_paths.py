@@ -44,7 +44,7 @@ def test_a_path_is_read(text: str, path: tuple[str | int, ...]):
         ("points.x", 8, "followed by an index"),
         ("points[0].y", 11, "g/msg/Point has no field y"),
         ("name.x", 6, "a string has no fields"),
-        ("name[0]", 5, "a string is no sequence"),
+        ("name[0]", 5, "a string is not a sequence"),
         ("", 1, "a field is missing"),
         ("name.", 6, "a path is"),
         ("[0]", 1, "a path is"),

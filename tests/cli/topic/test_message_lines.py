@@ -29,7 +29,7 @@ def test_each_line_is_a_message():
     [
         (
             b"{data: oops}",
-            "standard input:3:8: error: std_msgs/msg/Float64: data: 'oops' is no float64\n  {data: oops}\n",
+            "standard input:3:8: error: std_msgs/msg/Float64: data: 'oops' is not a valid float64\n  {data: oops}\n",
         ),
         (b'{"data": 1', "standard input:3:1: error: "),
         (b"1.5", "standard input:3:1: error: std_msgs/msg/Float64 takes its fields by name"),

@@ -48,7 +48,9 @@ def test_lines_of_stdin_arrive_until_a_bad_one():
             assert done.stdout.startswith("publisher: beginning loop\npublishing #1: std_msgs.msg.Float64(data=1.5)")
             assert done.returncode == (2 if "high" in lines else 0)
         assert listener.get(0) is None
-    assert done.stderr.startswith("standard input:4:8: error: std_msgs/msg/Float64: data: 'high' is no float64")
+    assert done.stderr.startswith(
+        "standard input:4:8: error: std_msgs/msg/Float64: data: 'high' is not a valid float64"
+    )
 
 
 def test_as_often_and_as_fast_as_asked_for(capsys: Captured):
@@ -76,7 +78,7 @@ def test_a_type_that_only_the_run_knows(capsys: Captured):
     ("arguments", "code", "expected"),
     [
         (["cmd", FLOAT, "{data: 1}", "--stdin"], 2, "--stdin reads the values: leave VALUES out"),
-        (["cmd", FLOAT, "{data: oops}"], 2, "data: 'oops' is no float64\n  {data: oops}\n         ^^^^\n"),
+        (["cmd", FLOAT, "{data: oops}"], 2, "data: 'oops' is not a valid float64\n  {data: oops}\n         ^^^^\n"),
         (["cmd", FLOAT, "{value: 1.0}"], 2, "has no field 'value'; known: data"),
         (["cmd", FLOAT, "{data: 1.0"], 2, "this bracket is never closed"),
         (["cmd", FLOAT, "1.0"], 2, "fix: write data: 1.0"),

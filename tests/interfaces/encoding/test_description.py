@@ -197,14 +197,14 @@ FIELD = ("type_description", "fields", 0)
 @pytest.mark.parametrize(
     ("path", "value", "reason"),
     [
-        (("type_description",), None, "no mapping"),
-        (("type_description", "type_name"), "Pose Stamped", "no name"),
-        (("type_description", "fields"), {}, "no list"),
+        (("type_description",), None, "is not a mapping"),
+        (("type_description", "type_name"), "Pose Stamped", "is not a name"),
+        (("type_description", "fields"), {}, "is not a list"),
         (("type_description", "fields"), [], "one field"),
         (("type_description", "fields", 1), describe(PoseStamped)["type_description"]["fields"][0], "one name"),
         (("type_description", "constants"), [{"name": "A", "type": ["int8"], "value": "1"}], "constant"),
-        ((*FIELD, "name"), "a; import os", "no name"),
-        ((*FIELD, "name"), 3, "no name"),
+        ((*FIELD, "name"), "a; import os", "is not a name"),
+        ((*FIELD, "name"), 3, "is not a name"),
         ((*FIELD, "default_value"), 3, "text"),
         ((*FIELD, "type", "type_id"), 0, "cannot be read"),
         ((*FIELD, "type", "type_id"), 12, "cannot be read"),
@@ -215,7 +215,7 @@ FIELD = ("type_description", "fields", 0)
         ((*FIELD, "type", "type_id"), 49, "one item at least"),
         ((*FIELD, "type", "capacity"), 1 << 32, "32 bits"),
         ((*FIELD, "type", "nested_type_name"), "std_msgs/msg/Headr", "is not described"),
-        (("referenced_type_descriptions",), None, "no list"),
+        (("referenced_type_descriptions",), None, "is not a list"),
         (("referenced_type_descriptions", 0), describe(PoseStamped)["type_description"], "twice"),
     ],
 )

@@ -79,7 +79,7 @@ def test_describing_a_value_of_astronomical_size_costs_nothing():
 
 
 def test_a_description_is_checked_before_it_is_used():
-    with pytest.raises(MalformedMessage, match="no mapping"):
+    with pytest.raises(MalformedMessage, match="is not a mapping"):
         decoder_from_description(None)
 
 

@@ -56,8 +56,8 @@ def test_values_become_what_the_class_writes(message, values):
     ("cls", "values", "said"),
     [
         (Float64, {"dta": 1.0}, "std_msgs/msg/Float64: std_msgs/msg/Float64 has no field 'dta'; did you mean 'data'?"),
-        (Float64, {"data": "1"}, "std_msgs/msg/Float64: data: '1' is no float64"),
-        (Float64, {"data": True}, "std_msgs/msg/Float64: data: True is no float64"),
+        (Float64, {"data": "1"}, "std_msgs/msg/Float64: data: '1' is not a valid float64"),
+        (Float64, {"data": True}, "std_msgs/msg/Float64: data: True is not a valid float64"),
         (
             Float64,
             {"data": 2**53 + 1},
@@ -67,15 +67,15 @@ def test_values_become_what_the_class_writes(message, values):
         (Float32, {"data": 1e39}, "std_msgs/msg/Float32: data: 1e+39 is out of the range of float32"),
         (Float64, 3, "std_msgs/msg/Float64: std_msgs/msg/Float64 takes its fields by name, not 3"),
         (Stated, {"number": 256}, "test/msg/Stated: number: 256 is out of the range of uint8"),
-        (Stated, {"number": 1.0}, "test/msg/Stated: number: 1.0 is no uint8"),
-        (Stated, {"flag": 1}, "test/msg/Stated: flag: 1 is no bool"),
-        (Stated, {"text": 1}, "test/msg/Stated: text: 1 is no text"),
-        (Stated, {"text": "\ud800"}, "test/msg/Stated: text: '\\ud800' is no Unicode: surrogates not allowed"),
+        (Stated, {"number": 1.0}, "test/msg/Stated: number: 1.0 is not a valid uint8"),
+        (Stated, {"flag": 1}, "test/msg/Stated: flag: 1 is not a valid bool"),
+        (Stated, {"text": 1}, "test/msg/Stated: text: 1 is not a text"),
+        (Stated, {"text": "\ud800"}, "test/msg/Stated: text: '\\ud800' is not valid Unicode: surrogates not allowed"),
         (Stated, {"numbers": [1.0]}, "test/msg/Stated: numbers: exactly 2 items are needed, not 1"),
-        (Stated, {"numbers": [1.0, None]}, "test/msg/Stated: numbers[1]: None is no float64"),
+        (Stated, {"numbers": [1.0, None]}, "test/msg/Stated: numbers[1]: None is not a valid float64"),
         (Stated, {"flags": "yes"}, "test/msg/Stated: flags: a list is needed, not 'yes'"),
         (Stated, {"number": 10**5000}, "test/msg/Stated: number: so large a number is out of the range of uint8"),
-        (JointState, {"name": ["a", 1]}, "sensor_msgs/msg/JointState: name[1]: 1 is no text"),
+        (JointState, {"name": ["a", 1]}, "sensor_msgs/msg/JointState: name[1]: 1 is not a text"),
         (
             PoseStamped,
             {"header": {"stamp": {"sec": 1 << 31}}},
@@ -126,7 +126,7 @@ def test_defaults_are_read_as_ros_writes_them():
 
 @pytest.mark.parametrize("text", ["int8 a x", "bool a maybe", "float64 a 1,5", "int8[2] a 1 2"])
 def test_an_invalid_default_is_refused_at_once(text):
-    with pytest.raises(MalformedMessage, match=r"a: .* is no default of"):
+    with pytest.raises(MalformedMessage, match=r"a: .* is not a default of"):
         encoder_from_description(parse("a/msg/B", text))
 
 

@@ -62,7 +62,7 @@ def test_written_array_is_read_back(values):
         (Field("a", "int8", count=Count.UNBOUNDED, default="1, 2"), r"stand in brackets: \[1, 2\]"),
         (Field("a", "int8", count=Count.UNBOUNDED, default="[1,,2]"), "missing between commas"),
         (Field("a", "int8", count=Count.UNBOUNDED, default="[1,]"), "missing after the last comma"),
-        (Field("a", "bool", default="yes"), "yes is no bool; write true or false"),
+        (Field("a", "bool", default="yes"), "yes is not a bool; write true or false"),
         (Field("a", "string", default="'ahoy"), "the quote at 'ahoy is not closed"),
         (Field("a", "string", default="'a'b'"), r"a quote inside the text ends it; write \\'"),
         (Field("a", "string", string_bound=2, default="abc"), "3 characters where 2 are allowed"),

@@ -106,7 +106,7 @@ def test_correct_graph_has_no_problem(check):
         (
             "  other: {plugin: listener, depends_on: {tlker: ready}}\n",
             (
-                "lab1.yaml:5:42: error: /other depends on /tlker, which is no node or program of this graph\n"
+                "lab1.yaml:5:42: error: /other depends on /tlker, which is not a node or program of this graph\n"
                 "  fix: did you mean '/talker'?"
             ),
         ),

@@ -50,7 +50,7 @@ def test_command_that_is_there_is_no_problem(tools, check, command):
         ("command: [tools/notes]", 30, "/tools/notes is not executable", "chmod +x "),
         ("command: [tools/inner]", 30, "/tools/inner is a folder", "name the program in it"),
         ("command: [camera_node], cwd: nowhere", 50, "/nowhere does not exist", "create it, or correct cwd"),
-        ("command: [camera_node], cwd: tools/notes", 50, "/tools/notes is no folder", "correct cwd"),
+        ("command: [camera_node], cwd: tools/notes", 50, "/tools/notes is not a folder", "correct cwd"),
     ],
 )
 def test_impossible_command_is_an_error(tools, check, keys, column, message, fix):
@@ -65,7 +65,7 @@ def test_impossible_command_is_an_error(tools, check, keys, column, message, fix
 @pytest.mark.parametrize(
     ("needs", "message", "fix"),
     [
-        ("{drivr: started}", "/talker depends on /drivr, which is no node or program", "did you mean '/driver'?"),
+        ("{drivr: started}", "/talker depends on /drivr, which is not a node or program", "did you mean '/driver'?"),
         ("{driver: ready}", "waits until /driver is ready, and nothing says when", "ready: TEXT"),
         ("{driver: first_message}", "waits for the first message of /driver, a program", "ready or started"),
     ],

@@ -264,7 +264,7 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     import os
 
     os.mkfifo(tmp_path / "pipe.mcap")
-    assert "it is no file" in refused(tmp_path / "pipe.mcap")
+    assert "it is not a file" in refused(tmp_path / "pipe.mcap")
     assert "No such file" in refused(tmp_path / "none.mcap")
     assert "null" in refused("a\0b")
 

@@ -63,7 +63,9 @@ def _files(place: Path) -> Iterator[tuple[str, Path]]:
     root = (place if place.is_dir() else place.parent).resolve()
     if not place.is_dir():
         if not place.is_file() or place.suffix.lower() not in PAGES:
-            raise InvalidInput(Problem("book-page", f"{place} is no folder and no Markdown file", "name one of them"))
+            raise InvalidInput(
+                Problem("book-page", f"{place} is neither a folder nor a Markdown file", "name one of them")
+            )
         yield place.name, root / place.name
     count = 0
     for folder, folders, names in os.walk(root):

@@ -126,4 +126,4 @@ def _identifier(text: str) -> uuid.UUID:
     try:
         return uuid.UUID(text)
     except ValueError:
-        raise MalformedMessage(f"{printable(text, limit=100)!r} is no identifier of a goal") from None
+        raise MalformedMessage(f"{printable(text, limit=100)!r} is not the identifier of a goal") from None

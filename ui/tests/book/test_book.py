@@ -215,7 +215,7 @@ def test_wrong_places_are_one_error(tmp_path: Path):
     (tmp_path / "a").mkdir()
     with pytest.raises(InvalidInput, match="no page"):
         Book([tmp_path / "a"])
-    with pytest.raises(InvalidInput, match="no folder and no Markdown"):
+    with pytest.raises(InvalidInput, match="neither a folder nor a Markdown"):
         Book([ROOT / "LICENSE"])
     for folder in ("b", "c"):
         (tmp_path / folder).mkdir()

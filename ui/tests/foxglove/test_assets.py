@@ -51,8 +51,8 @@ def test_mesh_is_read_whatever_its_case(packages: dict[str, Path]):
         ("package://lab/key.stl", "is no mesh, texture or description"),
         ("package://lab/inner", "there is no file 'inner' in the package lab"),
         ("package://lib/arm.stl", "names no package 'lib' under packages:; did you mean 'lab'?"),
-        ("file:///etc/passwd", "is no file of a package"),
-        ("https://example.org/arm.stl", "is no file of a package"),
+        ("file:///etc/passwd", "is not a file of a package"),
+        ("https://example.org/arm.stl", "is not a file of a package"),
     ],
 )
 def test_what_is_not_named_is_refused(packages: dict[str, Path], uri: str, reason: str):

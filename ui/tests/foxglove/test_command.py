@@ -699,7 +699,7 @@ def test_a_port_that_is_taken_is_one_error(refused: Refused, lab1: Any):
     [
         (["--run", "lab2"], 4, "error: there is no run 'lab2'; did you mean 'lab1'?\n"),
         (["--topics", "imu/dada"], 4, "error: no topic matches 'imu/dada'; did you mean '/imu/data'?\n"),
-        (["--topics", "imu data"], 2, "error: 'imu data' is no pattern of topics"),
+        (["--topics", "imu data"], 2, "error: 'imu data' is not a pattern of topics"),
         (["imu/data"], 2, "error: unexpected 'imu/data'; patterns follow --topics"),
         (["--port", "99999"], 2, "error: Invalid value for '--port'"),
         (["--host", "no such host.invalid"], 2, "fix: say an address of this machine with --host"),

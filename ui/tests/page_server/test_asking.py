@@ -258,7 +258,7 @@ def test_a_recording_has_no_assistant(reading: Reading, show: Callable[..., Any]
     ("arguments", "why"),
     [
         (("--export", "site"), "--export needs --book"),
-        (("--book", str(ROOT / "LICENSE")), "no folder and no Markdown file"),
+        (("--book", str(ROOT / "LICENSE")), "neither a folder nor a Markdown file"),
         (("--book", str(ROOT / "ui/busflow_ui")), "there is no page"),
     ],
 )

@@ -157,7 +157,7 @@ def test_a_page_has_so_many_goals(page: Page):
         ("send_goal", {"action": ACTION, "goal": "%"}, "goal is base64"),
         ("send_goal", {"action": ACTION, "goal": "AAEA"}, "example_interfaces/action/Fibonacci_Goal"),
         ("send_goal", {"action": ACTION, "goal": "", "limit_s": -1}, "limit_s is a number above 0"),
-        ("cancel_goal", {"action": ACTION, "id": "7"}, "'7' is no identifier of a goal"),
+        ("cancel_goal", {"action": ACTION, "id": "7"}, "'7' is not the identifier of a goal"),
     ],
 )
 def test_what_is_no_goal_is_refused(page: Page, question: str, arguments: dict[str, Any], why: str):
