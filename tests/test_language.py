@@ -22,6 +22,9 @@ METAPHORS = {"crew", "voice", "ear", "ears", "tape", "cast", "company", "doorbel
 ALLOWED: dict[tuple[str, str], str] = {}
 """A file and a name or first line in it that may hold such a word, with the reason."""
 
+NOUNS_BEGIN = {"A", "All", "An", "Each", "Every", "Its", "One", "The", "True", "Whether"}
+"""First words of a docstring that begins with a noun, or a condition, in place of a verb."""
+
 NESTED = {"Request", "Response", "Goal", "Result", "Feedback"}
 WORDS_OF_A_TEST = 8
 
@@ -85,6 +88,19 @@ def test_names_and_docstrings_use_plain_words():
     }
     assert [f"{path}:{line} {text}" for (path, text), line in found.items() if (path, text) not in ALLOWED] == []
     assert ALLOWED.keys() - found.keys() == set(), "an exception that nothing needs any more"
+
+
+def test_docstrings_of_functions_begin_with_a_verb():
+    """A noun stands for a value: that of a property, an attribute or a constant."""
+    found = {
+        f"{name(path)}:{node.lineno} {node.name}"
+        for path in PRODUCT
+        for node in nodes(path)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        and not any("property" in ast.unparse(each) for each in node.decorator_list)
+        and (ast.get_docstring(node) or "").partition(" ")[0] in NOUNS_BEGIN
+    }
+    assert found == set()
 
 
 def names_of_tests() -> Iterator[tuple[str, str]]:

@@ -93,7 +93,7 @@ class Program:
         return self._conditions[condition]
 
     def statistics(self) -> ProgramReport:
-        """The program's line of the report."""
+        """Return the program's line of the report."""
         return ProgramReport(
             name=self.name,
             command=self.spec.command,

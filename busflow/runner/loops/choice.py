@@ -37,7 +37,7 @@ def chosen_loop(name: str, *, simulated: bool = False) -> LoopFactory:
 
 
 def _uvloop() -> Callable[[], Any]:
-    """The loop of uvloop, with the time of a run's clock; as busflow's it ends without waiting for threads."""
+    """Return the loop of uvloop, with the time of a run's clock; as busflow's it ends without waiting for threads."""
     import uvloop
 
     class Loop(uvloop.Loop):

@@ -150,7 +150,7 @@ class Schedule:
         context: Context | None = None,
         **options: Any,
     ) -> asyncio.Task[Any]:
-        """A task that is recognised by its context, the only trace of it in its callbacks."""
+        """Return a task that is recognised by its context, the only trace of it in its callbacks."""
         context = copy_context() if context is None else context
         task = asyncio.Task(coroutine, loop=loop, context=context, **options)
         self._tasks[id(context)] = task
@@ -165,7 +165,7 @@ class AnyOrder(deque[asyncio.Handle]):
         self._step = schedule.step
 
     def popleft(self) -> asyncio.Handle:
-        """The next callback."""
+        """Return the next callback."""
         if len(self) > 1 and (chosen := self._step(self)):
             handle = self[chosen]
             del self[chosen]
@@ -190,14 +190,14 @@ def _names_in_line(ready: Sequence[Runnable]) -> list[str]:
 
 
 def _place_in_line(runnable: Runnable) -> tuple[str, str]:
-    """The topic or service, and the node, of one in line."""
+    """Return the topic or service, and the node, of one in line."""
     if isinstance(runnable, Subscription):
         return runnable.topic, runnable.endpoint.node
     return (runnable.service, runnable.node) if isinstance(runnable, Server) else ("", "")
 
 
 def _may_overtake(handle: asyncio.Handle) -> bool:
-    """Whether the callback is a timer's, or starts or wakes a task. Transports rely on the order of everything else."""
+    """Return whether the callback is a timer's, or starts or wakes a task; transports need the order of all others."""
     if isinstance(handle, asyncio.TimerHandle):
         return True
     callback = getattr(handle, "_callback", None)

@@ -29,7 +29,7 @@ SELECTORS: list[type[selectors.BaseSelector]] = [selectors.DefaultSelector, sele
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
-    """An asyncio loop; where it waits with epoll, its timers are not rounded up to whole milliseconds."""
+    """Return an asyncio loop; where it waits with epoll, its timers are not rounded up to whole milliseconds."""
     if sys.platform == "linux":
         selector = PreciseSelector()
         if max(selector.watched) < _SELECT_LIMIT:
@@ -39,7 +39,7 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
 
 
 def answers(loop: asyncio.AbstractEventLoop) -> bool:
-    """Whether an event loop soon calls what another thread gives it."""
+    """Return whether an event loop soon calls what another thread gives it."""
     answered = threading.Event()
     with suppress(RuntimeError):  # it is closed
         loop.call_soon_threadsafe(answered.set)
