@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ import click
 
 from busflow.cli.options.completers import complete_plugins
 from busflow.cli.options.launch_file import DURATION, Given, launch_file
+from busflow.cli.options.number import Number
 
 if TYPE_CHECKING:
     from busflow.recording.replay.replay import Replay
@@ -24,12 +24,6 @@ Examples:
 _SHOWN = 10
 
 
-def _number(ctx: click.Context, param: click.Parameter, given: float) -> float:
-    if isnan(given):
-        raise click.BadParameter("nan is not a tolerance: no difference would be within it", ctx, param)
-    return given
-
-
 @click.command(epilog=_EXAMPLES)
 @click.argument("recording", metavar="RECORDING", type=click.Path(path_type=Path))
 @launch_file(required=False, file_="[FILE]")
@@ -38,13 +32,7 @@ def _number(ctx: click.Context, param: click.Parameter, given: float) -> float:
               help="A plugin to run in place of FILE, under the name of --node or its own.")  # fmt: skip
 @click.option("--folder", type=click.Path(exists=True, file_okay=False, path_type=Path), default=None,
               help="The plugin folder of --plugin.  [default: plugins, and what is installed]")  # fmt: skip
-@click.option(
-    "--tolerance",
-    type=click.FloatRange(min=0),
-    callback=_number,
-    default=0.0,
-    help="How far apart numbers may be: 1e-6.",
-)
+@click.option("--tolerance", type=Number(min=0), default=0.0, help="How far apart numbers may be: 1e-6.")
 @click.option("--time-tolerance", "time_tolerance_s", type=DURATION,
               help="How far apart times may be.  [default: 0 in simulated time, else 100ms]")  # fmt: skip
 @click.option("--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the replay itself.")

@@ -108,7 +108,7 @@ def test_incomplete_recording_is_refused(capsys, bag, tmp_path):
         (["--plugin", "x", "--node", "a", "--node", "b"], "--plugin runs one node"),
         ([LAB, "--node", "sensor"], f"{LAB} has no node /sensor; known: /sensor_processor"),
         (["--plugin", "nothing"], "there is no plugin 'nothing'"),
-        ([LAB, "--tolerance", "nan"], "nan is not a tolerance"),
+        ([LAB, "--tolerance", "nan"], "nan is not a number"),
     ],
 )
 def test_wrong_usage_is_explained(capsys, bag, arguments, why):

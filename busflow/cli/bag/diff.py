@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.bag import listed, named, print_damage, reads
+from busflow.cli.options.number import Number
 from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
@@ -27,12 +28,8 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @reads("a")
 @reads("b")
-@click.option(
-    "--tolerance",
-    type=click.FloatRange(min=0),
-    default=0.0,
-    help="How far apart floating-point numbers may be.  [default: 0]",
-)
+@click.option("--tolerance", type=Number(min=0), default=0.0,
+              help="How far apart floating-point numbers may be.  [default: 0]")  # fmt: skip
 @click.option("--topics", callback=listed, metavar="NAMES", help="Compare only these topics, separated by commas.")
 @click.option("--times", is_flag=True, help="Also compare the times at which messages were recorded.")
 @click.option(

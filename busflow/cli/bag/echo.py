@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import deque
 from collections.abc import Iterator
 from itertools import islice
@@ -28,7 +29,7 @@ Examples:
   busflow bag echo run.mcap balance_state --filter 'data > 0.5' --json
   busflow bag echo run.mcap joint_states --csv > joints.csv"""
 
-_count = click.IntRange(min=1)
+_count = click.IntRange(1, sys.maxsize)
 _MOST_WARNINGS = 20
 
 

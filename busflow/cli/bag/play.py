@@ -8,6 +8,7 @@ import click
 
 from busflow.cli.options.bag import reads, within
 from busflow.cli.options.launch_file import DURATION
+from busflow.cli.options.number import Number
 from busflow.cli.options.run import complete_runs
 
 _EXAMPLES = """\b
@@ -52,7 +53,7 @@ def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> flo
 
 @click.command(epilog=_EXAMPLES)
 @reads()
-@click.option("-r", "--rate", type=click.FloatRange(0, 1e6, min_open=True), default=1.0, show_default=True,
+@click.option("-r", "--rate", type=Number(0, 1e6, min_open=True), default=1.0, show_default=True,
               help="Seconds of the recording to play in a second.")  # fmt: skip
 @within
 @click.option("--until", "until_s", type=DURATION, hidden=True)  # ROS 2's word for --end

@@ -7,6 +7,7 @@ from importlib.util import find_spec
 
 import click
 
+from busflow.cli.options.number import Number
 from busflow.errors import how_to_install
 
 _EXAMPLES = """\b
@@ -17,13 +18,7 @@ Examples:
 
 @click.command(epilog=_EXAMPLES)
 @click.option("--run", "run_name", metavar="NAME", help="The run, if there are several.")
-@click.option(
-    "--interval",
-    type=click.FloatRange(0.1, 60),
-    default=1.0,
-    show_default=True,
-    help="Seconds between two updates.",
-)
+@click.option("--interval", type=Number(0.1, 60), default=1.0, show_default=True, help="Seconds between two updates.")
 def top(run_name: str | None, interval: float) -> int:
     """Watch a running graph: its nodes, its topics with rates and drops, what became of goals, and its log.
 

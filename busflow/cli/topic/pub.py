@@ -8,6 +8,7 @@ from typing import BinaryIO
 import click
 
 from busflow.cli.options.interfaces import takes_interfaces
+from busflow.cli.options.number import Number
 from busflow.cli.options.run import complete_topics, complete_types, joined, joins
 from busflow.cli.terminal.output import print_message
 
@@ -27,12 +28,8 @@ _count = click.IntRange(min=1)
 @click.option("--stdin", "from_stdin", is_flag=True, help="Publish each line of standard input, as YAML or JSON.")
 @click.option("-1", "--once", is_flag=True, help="Publish one message and stop.")
 @click.option("-t", "--times", type=_count, metavar="N", help="Publish N messages and stop.")
-@click.option(
-    "-r",
-    "--rate",
-    type=click.FloatRange(min=0, min_open=True),
-    help="Messages a second.  [default: 1; with --stdin as they come]",
-)
+@click.option("-r", "--rate", type=Number(min=1e-9),
+              help="Messages a second.  [default: 1; with --stdin as they come]")  # fmt: skip
 @click.option(
     "-w",
     "--wait-matching-subscriptions",
@@ -44,11 +41,12 @@ _count = click.IntRange(min=1)
 @click.option(
     "--max-wait-time-secs",
     "patience_s",
-    type=click.FloatRange(min=0),
+    type=Number(min=0),
     metavar="S",
     help="Stop waiting for subscriptions after so many seconds, with exit code 1.",
 )
-@click.option("--qos-depth", type=_count, metavar="N", help="The number of messages kept for late subscriptions.")
+@click.option("--qos-depth", type=click.IntRange(1, 2**31 - 1), metavar="N",
+              help="The number of messages kept for late subscriptions.")  # fmt: skip
 @click.option("--qos-reliability", type=click.Choice(["reliable", "best_effort"]), help="What is offered.")
 @click.option("--qos-durability", type=click.Choice(["volatile", "transient_local"]), help="What is offered.")
 @click.option("-p", "--print", "print_every", type=_count, default=1, metavar="N", help="Show only every Nth message.")

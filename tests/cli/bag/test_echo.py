@@ -56,6 +56,11 @@ def test_start_beyond_the_end_is_refused(capsys):
     assert "--start 100s is beyond the end: talker ends 4.5" in capsys.readouterr().err
 
 
+def test_a_count_beyond_all_memory_is_refused(capsys):
+    assert main(["bag", "echo", "talker", "topic", "--last", str(10**20)]) == 2
+    assert f"{10**20} is not in the range" in capsys.readouterr().err
+
+
 def test_unknown_topic_gets_the_nearest_name(capsys):
     assert main(["bag", "echo", "talker", "topicc"]) == 4
     assert capsys.readouterr().err == "error: talker: there is no topic topicc in it; did you mean '/topic'?\n"

@@ -87,7 +87,8 @@ def test_a_type_that_only_the_run_knows(capsys: Captured):
         (["cmd", "Imu"], 2, "no type 'Imu'; did you mean 'sensor_msgs/msg/Imu'?"),
         (["cmd", "std_srvs/srv/Trigger"], 2, "std_srvs/srv/Trigger is a service"),
         (["1cmd", FLOAT], 2, "starts with a digit"),
-        (["cmd", FLOAT, "-r", "0"], 2, "0.0 is not in the range"),
+        (["cmd", FLOAT, "-r", "1e-320"], 2, "1e-320 is not in the range"),
+        (["cmd", FLOAT, "--qos-depth", "9999999999"], 2, "9999999999 is not in the range"),
         (["cmd", FLOAT, "-1", "-t", "2"], 2, "exclude each other"),
     ],
 )
