@@ -143,7 +143,8 @@ def _nearest(path: Path) -> Path | None:
     for whole in (folder / path.name, folder / f"{path.name}.yaml", folder / "configs" / f"{path.stem}.yaml"):
         if whole.is_file():  # for instance `busflow run lab1`
             return whole
-    near = nearest(path.name, [each.name for each in islice(folder.iterdir(), _LOOKED_AT)])
+    others = [each.name for each in islice(folder.iterdir(), _LOOKED_AT) if each.name != path.name]  # a broken link
+    near = nearest(path.name, others)
     return folder / near if near else folder if folder != path.parent else None
 
 

@@ -111,12 +111,15 @@ def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | 
         return f"write a name above it, and indent {key}: below that"
     elif isinstance(value, str) and (assignment := _ASSIGNMENT.fullmatch(value)):
         text = f"{assignment[1]}: {assignment[2]}"
-    elif isinstance(value, str) and key == "depends_on":
-        text = f"{key}: {{{value}: started}}"
+    elif isinstance(value, str) and key in _WORDS:
+        text = f"{key}: {_WORDS[key].format(value)}"
     elif len(fault.path) > 1 and fault.path[-2] in _ENTRIES and (isinstance(value, str) or fault.path[-2] == "args"):
         text = f"{key}: {_ENTRIES[str(fault.path[-2])].format(flow(value), _type(value))}"
     return f"write {printable(text, limit=100)}" if text is not None else None
 
+
+_WORDS = {"depends_on": "{{{0}: started}}", "clock": "{{mode: {0}}}"}
+"""By key, the full form of a mapping that was written as a single word."""
 
 _ENTRIES = {"nodes": "{{plugin: {0}}}", "topics": "{{qos: {0}}}", "args": "{{type: {1}, default: {0}}}"}
 """By section, the full form of an entry that was written as a single value."""
@@ -130,6 +133,9 @@ def _for_list(key: str, items: list[object]) -> str | None:
     if key == "nodes":
         return "write each node's name instead of '-', and plugin: below it"
     words = [each for each in items if isinstance(each, str)]
+    if key == "remap" and not words:  # in ROS 2's launch files a list of `from: …` and `to: …`
+        ends = [cast("Mapping[str, object]", each) for each in items if isinstance(each, Mapping)]
+        words = [f"{each['from']}:={each['to']}" for each in ends if {*each} == {"from", "to"}]
     if key == "depends_on" and len(words) == len(items):
         text = f"{key}: {{{', '.join(f'{each}: started' for each in words)}}}"
     elif key == "remap" and (pairs := [found for found in map(_ASSIGNMENT.fullmatch, words) if found]):

@@ -17,6 +17,17 @@ Qos = str | dict[str, Any]
 """Name of a profile, or fields of one. `busflow.bus.qos` checks them."""
 
 
+def _variable(name: str) -> str:
+    if not name or "=" in name or "\0" in name:
+        raise ValueError("the name of a variable is not empty, and has no '='")
+    return name
+
+
+_Text = Annotated[str, Field(pattern=r"^[^\x00]*$")]
+Environment = dict[Annotated[str, AfterValidator(_variable)], _Text | int | float | bool]
+"""What an environment can hold."""
+
+
 class ArgumentKeys(Section):
     """One argument of the launch file, given as `name:=value`."""
 
@@ -121,9 +132,7 @@ class ProcessKeys(Section):
         default=None, min_length=1, description="The machine it runs on, one of `machines`; main unless said."
     )
     nice: int = Field(default=0, ge=-20, le=19, description="Its nice value: higher leaves more CPU time to others.")
-    env: dict[str, str | int | float | bool] = Field(
-        default_factory=dict, description="Variables of its environment, beside those of the run."
-    )
+    env: Environment = Field(default_factory=dict, description="Variables of its environment, beside those of the run.")
     restart: RestartValue = Field(
         default=RestartKeys(policy=Restart.NEVER), description="What happens when the process fails, hangs or ends."
     )
@@ -142,9 +151,7 @@ class ProgramKeys(Repeatable):
         min_length=1,
         description="The folder it runs in, relative to this file; without it that of this file.",
     )
-    env: dict[str, str | int | float | bool] = Field(
-        default_factory=dict, description="Variables of its environment, beside those of the run."
-    )
+    env: Environment = Field(default_factory=dict, description="Variables of its environment, beside those of the run.")
     ready: str | None = Field(
         default=None, min_length=1, description="A text in a line that it prints once it is ready, for `depends_on`."
     )
@@ -369,7 +376,7 @@ class ProfileKeys(GraphKeys):
         description="Folders of .msg, .srv and .action files, or of packages of them, relative to this file.",
     )
     args: dict[str, Any] = Field(default_factory=dict, description="Other defaults, choices or ranges of arguments.")
-    env: dict[str, str | int | float | bool] = Field(
+    env: Environment = Field(
         default_factory=dict, description="Variables of the environment, for ${env.NAME} and for the nodes."
     )
     qos: dict[str, dict[str, Any]] = Field(default_factory=dict, description="Named QoS profiles.")

@@ -54,6 +54,13 @@ def test_missing_folder_suggests_a_neighbour(folder, path: str, fix: str):
     assert [each.fix for each in problems] == [fix]
 
 
+def test_a_broken_link_is_not_its_own_fix(tmp_path):
+    link = tmp_path / "lab1.yaml"
+    link.symlink_to("nothing.yaml")
+    _, problems = examine(link, environment={})
+    assert [each.fix for each in problems] == [None]
+
+
 @pytest.mark.parametrize(
     ("file", "fix"),
     [
