@@ -35,7 +35,10 @@ monotonic: Callable[[], float] = time.monotonic
 
 def _total_ns(nanoseconds: float, seconds: float, *, lowest: int) -> int:
     """Return the sum as ROS's 64-bit count: seconds are rounded to nanoseconds, fractions of one are dropped."""
-    total = int(nanoseconds) + (seconds * NS_PER_S if isinstance(seconds, int) else round(seconds * NS_PER_S))
+    if not math.isfinite(seconds):
+        raise OverflowError(f"a time has a finite number of seconds, not {seconds}")
+    # A number of numpy's would overflow within its own width.
+    total = int(nanoseconds) + (seconds * NS_PER_S if isinstance(seconds, int) else round(float(seconds) * NS_PER_S))
     if not lowest <= total <= _MAX:
         raise OverflowError(f"{total} ns is beyond what ROS 2 can express, 64 bits of nanoseconds (292 years)")
     return total

@@ -12,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -146,6 +147,17 @@ def test_a_difference_leads_back(a, b):
 @given(st.integers(0, 2**62).map(lambda number: number / 1e9))
 def test_seconds_are_rounded_to_the_nearest_nanosecond(seconds):
     assert abs(Duration(seconds=seconds).nanoseconds - seconds * 1e9) <= max(0.5, seconds * 1e9 * 2**-52)
+
+
+def test_numbers_of_numpy_keep_their_size():
+    assert Duration(seconds=np.int32(5)) == Duration(seconds=5)
+    assert Duration(seconds=np.float32(0.5)) == Duration(seconds=0.5)
+
+
+@pytest.mark.parametrize("seconds", [math.nan, math.inf])
+def test_a_time_has_a_finite_number_of_seconds(seconds):
+    with pytest.raises(OverflowError, match=f"finite number of seconds, not {seconds}"):
+        Time(seconds=seconds)
 
 
 def test_a_time_is_a_value():
