@@ -61,7 +61,7 @@ silent beyond its `lease` counts as not alive.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from enum import StrEnum
 from types import MappingProxyType
@@ -81,16 +81,13 @@ else:
     class _InWords(type(BaseModel)):
         """The class of `QoS`: a call with wrong values ends in busflow's words, a file's values in `qos_faults`."""
 
-        def __call__(cls, **stated: object) -> Any:
+        def __call__(cls, *unnamed: object, **stated: object) -> Any:
+            if unnamed:
+                raise InvalidDeclaration("QoS takes its fields by name: write QoS(depth=10)")
             try:
                 return super().__call__(**stated)
             except ValidationError as error:
-                found = [
-                    replace(each, fix=did_you_mean(str(each.path[-1]), cls.model_fields))
-                    if each.code == "unknown"
-                    else each
-                    for each in faults(error, cls, stated, noun="field")
-                ]
+                found = [_remedied(each, cls.model_fields) for each in faults(error, cls, stated, noun="field")]
             raise InvalidDeclaration(f"QoS: {InvalidParameter(found)}")
 
 
@@ -282,16 +279,17 @@ def qos_faults(data: Mapping[str, object]) -> tuple[Fault, ...]:
     try:
         profile = QoS.model_validate(data)
     except ValidationError as error:
-        return tuple(_remedied(fault) for fault in faults(error, QoS, data, noun="key"))
-    words = {name: value for name, value in profile if value == "unknown"}
-    return tuple(Fault((name,), f"{name}: unknown is only for what others say", "leave it out") for name in words)
+        words = [name.removesuffix("_s") for name in QoS.model_fields]
+        return tuple(_remedied(fault, words) for fault in faults(error, QoS, data, noun="key"))
+    unknown = [name for name, value in profile if value == "unknown"]
+    return tuple(Fault((name,), f"{name}: unknown is only for what others say", "leave it out") for name in unknown)
 
 
-def _remedied(fault: Fault) -> Fault:
-    """Return the fault of a key with a fix that uses the YAML names."""
+def _remedied(fault: Fault, words: Collection[str]) -> Fault:
+    """Return the fault with a fix for an unknown name; `words` are those that are known."""
     if fault.code != "unknown":
         return fault
-    key, words = str(fault.path[-1]), [name.removesuffix("_s") for name in QoS.model_fields]
+    key = str(fault.path[-1])
     fix = did_you_mean(key, words)
     if key == "history":
         fix = "leave it out: the last `depth` messages are kept; instead of keep_all, choose overflow: block"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Coroutine
 from inspect import getattr_static, iscoroutinefunction, isfunction
-from typing import Any, Never, TypeVar, TypeVarTuple, Unpack, overload
+from typing import Any, Never, TypeVar, TypeVarTuple, Unpack, cast, overload
 
 import anyio.to_thread
 
@@ -175,10 +175,14 @@ class Node(_RclpyNames):
 
     def spawn(self, coroutine: Coroutine[Any, Any, None], *, name: str | None = None) -> None:
         """Run a coroutine beside the node until it ends or the node stops; if it raises, the node fails."""
+        if not isinstance(cast("object", coroutine), Coroutine):
+            raise InvalidDeclaration(f"self.spawn(self.work()) takes the call of an async def, not {coroutine!r}")
         self._runtime.life.spawn(coroutine, name or coroutine.__name__)
 
     async def run_sync(self, function: Callable[[Unpack[Ts]], T], *args: *Ts) -> T:
         """Call a blocking function in a worker thread; when the node stops, the call is no longer waited for."""
+        if iscoroutinefunction(function):
+            raise InvalidDeclaration(f"self.run_sync takes a plain function: write await self.{function.__name__}()")
         return await anyio.to_thread.run_sync(function, *args, abandon_on_cancel=True)
 
     # What a subclass may define.

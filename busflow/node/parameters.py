@@ -43,10 +43,12 @@ class Parameters(StrictModel):
 
         def __setattr__(self, name: str, value: object) -> None:
             """Refuse to change one value: parameters are replaced as a whole, once they are checked."""
-            if name in type(self).model_fields:
-                fix = f'write graph.set_parameters("node", {{"{name}": …}}), or busflow param set'
-                raise InvalidParameter([Fault((name,), f"{name} cannot be assigned: parameters are frozen", fix)])
-            super().__setattr__(name, value)
+            if name.startswith("_"):
+                return super().__setattr__(name, value)
+            fix = (
+                f'write graph.set_parameters("node", {{"{name}": …}}), or self.{name} = … for a value of the node alone'
+            )
+            raise InvalidParameter([Fault((name,), f"{name} cannot be assigned: parameters are frozen", fix)])
 
 
 class _ReadOnlyMark:

@@ -321,12 +321,14 @@ def _fix_for_missing(missing: str, folder: Path | None) -> str:
     stems = [path.stem for path in _plugins_in(folder)] if folder else []
     if missing.startswith(_PACKAGE):
         return did_you_mean(missing.rpartition(".")[2], stems)
-    if missing in stems:
-        return f"write `from .{missing} import …`: the files of a plugin folder import each other relatively"
+    if folder and (stem := missing.removeprefix(f"{folder.name}.")) in stems:
+        return f"write `from .{stem} import …`: the files of a plugin folder import each other relatively"
     if missing == "rclpy":
         return "write `from busflow import Node`; docs/coming-from-rclpy.md has the rest, line by line"
     if missing.isidentifier() and importlib.util.find_spec(f"busflow.msgs.{missing}") is not None:
         return f"write `from busflow.msgs.{missing} import …`"
+    if missing.startswith("busflow."):  # such as busflow.msgs.std_msgs.msg
+        return f"write `from {missing.rpartition('.')[0]} import …`"
     return f"install what provides {missing!r} into the environment {sys.prefix}"
 
 

@@ -16,10 +16,16 @@ _IMPORTED = re.compile(r"cannot import name '(\w+)'")
 """The only place in which Python 3.11 has the name that a module lacks."""
 
 
+_RCLPY = {"call_async": "await client.call(request)", "wait_for_service": "await client.ready(timeout=5)"}
+"""Names of a client in rclpy, and what to write instead."""
+
+
 def advice(error: BaseException) -> str | None:
     """Return what to do about an exception: the nearest name to a misspelt one, or a forgotten await."""
     if isinstance(error, AttributeError) and iscoroutine(error.obj):
         return f"write await before the call of {error.obj.__qualname__}"
+    if isinstance(error, AttributeError) and (instead := _RCLPY.get(str(error.name))):
+        return f"write {instead}"
     try:
         word, known = _missing(error)
     except Exception:  # noqa: BLE001  # the user's __dir__ may raise anything

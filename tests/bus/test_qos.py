@@ -144,6 +144,13 @@ def test_wrong_key_or_word_gets_a_suggestion(data, message, fix):
     assert fix in fault.fix
 
 
+def test_habits_of_rclpy_are_answered():
+    with pytest.raises(InvalidDeclaration, match=r"write QoS\(depth=10\)"):
+        QoS(10)
+    with pytest.raises(InvalidDeclaration, match=r"unknown field history .*the last `depth` messages are kept"):
+        QoS(history="keep_last")
+
+
 def test_all_faults_are_reported_at_once():
     faults = qos_faults({"depth": 0, "lease": "x", "overflow": "explode", "foo": 1})
     assert sorted(fault.path[0] for fault in faults) == ["depth", "foo", "lease", "overflow"]

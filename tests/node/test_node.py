@@ -306,6 +306,16 @@ async def test_a_spawned_task_has_the_node_s_name():
     assert names == ["/spawning.work", "/spawning.second"]
 
 
+@virtual_time
+async def test_what_a_task_cannot_run_is_refused():
+    async with graph_of(Node) as graph:
+        node = graph.node("node")
+        with pytest.raises(InvalidDeclaration, match=r"self\.spawn\(self\.work\(\)\) takes .*not <function settle"):
+            node.spawn(settle)
+        with pytest.raises(InvalidDeclaration, match=r"write await self\.settle\(\)"):
+            await node.run_sync(settle)
+
+
 def test_run_sync_returns_or_raises_from_a_thread():
     class Driver(Node):
         async def start(self):

@@ -292,6 +292,8 @@ def test_an_assigned_parameter_is_refused_with_advice():
     sensor = Sensor()
     with pytest.raises(InvalidParameter, match=r"a cannot be assigned: .*graph\.set_parameters\("):
         sensor.a = 2
-    with pytest.raises(ValidationError):
+    with pytest.raises(InvalidParameter, match=r"b cannot be assigned: .*self\.b = "):
         sensor.b = 2
     assert sensor == Sensor(a=1)
+    sensor._cache = 2
+    assert sensor._cache == 2

@@ -317,6 +317,8 @@ class TestFailingImport:
         write("helper.py", "")
         write("camera.py", "import helper\n")
         assert "write `from .helper import …`" in str(failure("camera", folder))
+        write("lidar.py", f"import {folder.name}.helper\n")
+        assert "write `from .helper import …`" in str(failure("lidar", folder))
 
     def test_a_mistyped_neighbour_is_answered_with_the_nearest(self, write: Write, folder: Path):
         write("helper.py", "")
@@ -336,6 +338,8 @@ class TestFailingImport:
         assert "fix: write `from busflow import Node`; docs/coming-from-rclpy.md" in str(failure("camera", folder))
         write("imu.py", "from sensor_msgs.msg import Imu\n")
         assert "fix: write `from busflow.msgs.sensor_msgs import …`" in str(failure("imu", folder))
+        write("joints.py", "from busflow.msgs.sensor_msgs.msg import JointState\n")
+        assert "fix: write `from busflow.msgs.sensor_msgs import …`" in str(failure("joints", folder))
 
     def test_a_forgotten_import_is_written_out(self, write: Write, folder: Path):
         write("camera.py", "def on_imu(imu: Imu): ...\n")

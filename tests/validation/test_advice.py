@@ -36,6 +36,11 @@ def test_advice_names_the_nearest_that_is_there(code, meant):
     assert advice(raised(code)) == (meant and f"did you mean {meant!r}?")
 
 
+def test_a_name_of_rclpys_client_is_translated():
+    error = raised(lambda: Hostile().call_async)  # type: ignore[attr-defined]  # the case
+    assert advice(error) == "write await client.call(request)"
+
+
 def test_text_of_its_own_is_left_alone():
     """A node's error for a name of rclpy says already what to write."""
     assert advice(AttributeError("Arm has no get_name_", name="get_name", obj=raised)) is None
