@@ -5,12 +5,15 @@ import os
 import re
 import signal
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from busflow import Node
 from busflow.cli import main
+from busflow.cli.doctor import problems_in
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import String
@@ -178,3 +181,34 @@ def test_a_run_that_hangs_is_a_finding(project: Path, start_run: Callable[..., A
 @pytest.mark.usefixtures("place")
 def test_a_run_that_is_not_there():
     assert main(["doctor", "--run", "talk"]) == 4
+
+
+FACTS = {
+    "machines": {
+        "arm": {"linked": False, "reason": "nothing listens"},
+        "leg": {"linked": True, "reason": "", "version": "0.0.1"},
+    },
+    "restarts": 2,
+    "programs": [
+        {"program": "/camera", "state": "running", "restarts": 1, "last_failure": "it ended with exit code 3"},
+        {"program": "/lidar", "state": "waiting", "restarts": 0, "last_failure": ""},
+    ],
+}
+"""What the main process of a run with machines, processes and programs answers besides."""
+
+
+@pytest.mark.asyncio
+async def test_machines_processes_and_programs_are_findings(looked_at: Callable[..., Any]):
+    async with looked_at(Node) as looked:
+        peer, ask = looked.peer, looked.peer.ask
+        peer.run = replace(peer.run, card=replace(peer.run.card, file="/lab/robot.yaml"))
+        peer.ask = lambda question, **words: [
+            each | FACTS if question == "run" else each for each in ask(question, **words)
+        ]
+        found = {each.code: each.message for each in await looked.ask(problems_in, peer)}
+    assert found["machine-missing"] == "the machine arm is not linked: nothing listens"
+    assert found["other-version"].startswith("the machine leg has busflow 0.0.1, and the run's own machine ")
+    assert found["process-restarted"].endswith(" was started anew 2 times")
+    end = "the last time, it ended with exit code 3"
+    assert found["program-restarted"] == f"the program /camera was started anew 1 time; {end}"
+    assert found["program-waits"].startswith("the program /lidar has not started")
