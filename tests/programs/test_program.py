@@ -8,6 +8,7 @@ import signal
 import pytest
 
 from busflow.errors import DependencyEnded, ExitCode, NodeFailed, ProgramFailed
+from busflow.node.supervision import Condition
 from busflow.programs import program
 from tests.processes.conftest import PATIENCE_S, ended
 from tests.programs.conftest import Launched
@@ -156,15 +157,16 @@ programs:
 
 
 def test_loop_that_ends_stops_programs(project):
-    async def main() -> int:
-        run = Launched(f"programs: {{driver: {{{shell('echo on; exec sleep 600')}}}}}", project)
+    async def main() -> list[int]:
+        run = Launched("programs: {driver: {command: [sleep, 600]}}", project)
         await run.graph.start()
-        await run.log.wait_for("on")
-        (programs,) = (each.about()["programs"] for each in run.graph.extensions if each.about())
-        assert [each["state"] for each in programs] == ["running"]
-        return programs[0]["pid"]
+        (extension,) = [each for each in run.graph.extensions if each.about()]
+        await extension.programs[0].condition_event(Condition.STARTED).wait()
+        (about,) = extension.about()["programs"]
+        assert (about["program"], about["state"]) == ("/driver", "running")
+        return [about["pid"], extension.programs[0]._child.pid]
 
-    assert ended([asyncio.run(main())], PATIENCE_S)
+    assert ended(asyncio.run(main()), PATIENCE_S)
 
 
 def test_long_wait_for_others_is_logged(launched, project, monkeypatch):

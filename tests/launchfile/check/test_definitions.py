@@ -42,7 +42,7 @@ def problems(folder, check):
         plan = check(LAUNCH.format(interfaces))
         assert plan.is_whole
         description = load("lab1.yaml", environment={})
-        return "\n".join(each.render() for each in definition_problems(description, plan.members))
+        return "\n".join(each.render() for each in definition_problems(description, plan.nodes))
 
     return problems
 
