@@ -7,12 +7,12 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
+from busflow.clock import NS_PER_S
+
 if TYPE_CHECKING:
     from busflow.clock import Clock
 
 T = TypeVar("T")
-
-NS_PER_S = 1_000_000_000
 
 
 class Perishable(Generic[T]):

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, Notices, PublisherMatched
-from busflow.bus.expiry import NS_PER_S, Perishable, SilenceTimer
+from busflow.bus.expiry import Perishable, SilenceTimer
 from busflow.bus.qos import Liveliness
 from busflow.bus.statistics import PublisherStatistics
+from busflow.clock import NS_PER_S
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
 from busflow.interfaces.message import Message, type_name
 from busflow.text import printable
@@ -317,6 +318,4 @@ class Publisher(Generic[M]):
 
 def _type_shown(message: object) -> str:
     """Describe the value that was given as a message."""
-    if isinstance(message, Message):
-        return type_name(type(message))
-    return f"{type(message).__name__} {message!r}"
+    return type_name(type(message)) if isinstance(message, Message) else f"{type(message).__name__} {message!r}"

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from busflow.bus.failure import is_failure, refuse_coroutine
 from busflow.bus.statistics import TimerStatistics
+from busflow.clock import NS_PER_S
 from busflow.errors import InvalidDeclaration
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 TimerHandler = Callable[[], None] | Callable[[], Coroutine[Any, Any, None]]
 Spawn = Callable[[Coroutine[Any, Any, None], str], object]
 
-NANOSECONDS = 1_000_000_000
 LATENESS_KEPT = 4096
 """The number of last ticks used for the lateness percentiles."""
 
@@ -173,7 +173,7 @@ class Timer:
 
     def _set_period(self, period_s: float | Fraction) -> None:
         self._period = checked_period(period_s, self.name)
-        self._period_ns = (self._period * NANOSECONDS).as_integer_ratio()
+        self._period_ns = (self._period * NS_PER_S).as_integer_ratio()
 
     def _due_ns(self, tick: int) -> int:
         numerator, denominator = self._period_ns
@@ -282,7 +282,7 @@ def checked_period(period_s: float | Fraction, name: str) -> Fraction:
         period = Fraction(str(period_s))
     except ValueError:
         period = Fraction(-1)
-    if period < 0 or 0 < period * NANOSECONDS < 1:
+    if period < 0 or 0 < period * NS_PER_S < 1:
         raise InvalidDeclaration(f"timer {name}: the period is 0 (off) or seconds from 1e-9 upwards, got {period_s!r}")
     return period
 
@@ -291,4 +291,4 @@ def _percentile_s(ordered_ns: list[int], percent: int) -> float | None:
     """Return the nearest-rank percentile, in seconds."""
     if not ordered_ns:
         return None
-    return ordered_ns[max(0, -(-len(ordered_ns) * percent // 100) - 1)] / NANOSECONDS
+    return ordered_ns[max(0, -(-len(ordered_ns) * percent // 100) - 1)] / NS_PER_S

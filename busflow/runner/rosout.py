@@ -13,6 +13,7 @@ from busflow.bus.endpoint import LOG_NODE, ROSOUT, Endpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability, QoS
 from busflow.bus.subscription import Subscription
+from busflow.clock import NS_PER_S
 from busflow.errors import BusflowError
 from busflow.log import LEVELS, Log, LogRecord, values_text
 from busflow.text import printable
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 _DEPTH = 1000
 _ROS2_QOS = QoS(depth=_DEPTH, durability=Durability.TRANSIENT_LOCAL, lifespan_s=10)
 """ROS 2's own: its viewers of the log request `transient_local`. Source: ros2/rcl 9.2, `logging_rosout.h`."""
-_NS_PER_S = 1_000_000_000
 
 
 class Rosout:
@@ -89,7 +89,7 @@ def log_message(record: LogRecord) -> LogMessage:
     from busflow.msgs.builtin_interfaces import Time
     from busflow.msgs.rcl_interfaces import Log as LogMessage
 
-    seconds, nanoseconds = divmod(record.stamp_ns, _NS_PER_S)
+    seconds, nanoseconds = divmod(record.stamp_ns, NS_PER_S)
     file, line = _place(record)
     return LogMessage(
         stamp=Time(sec=seconds, nanosec=nanoseconds),

@@ -12,9 +12,9 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from busflow.bus.delivery import DeliverySource
-from busflow.bus.expiry import NS_PER_S
 from busflow.bus.services.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle, waited
 from busflow.bus.statistics import ClientStatistics, ServerStatistics, ServiceStatistics
+from busflow.clock import NS_PER_S
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
 from busflow.interfaces.message import ServiceType
 from busflow.text import did_you_mean

@@ -16,6 +16,7 @@ import zenoh
 
 from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS, action_of, action_type_of
 from busflow.bus.names import is_hidden
+from busflow.clock import NS_PER_S
 from busflow.errors import ActionGone, ActionUnavailable, GoalCanceled, GoalRejected, NoSuchTarget
 from busflow.interfaces.encoding.description import assemble, rihs01, types_in
 from busflow.text import did_you_mean, printable
@@ -168,7 +169,7 @@ class ActionPeer:
                 received = listener.get(_LATCHED_S)
                 for each in () if received is None else type_.decode(received.payload)["status_list"]:
                     stamp = each["goal_info"]["stamp"]
-                    accepted_ns = stamp["sec"] * 1_000_000_000 + stamp["nanosec"]
+                    accepted_ns = stamp["sec"] * NS_PER_S + stamp["nanosec"]
                     goal_id = _text(each["goal_info"]["goal_id"])
                     found[goal_id] = {"id": goal_id, "state": each["status"], "accepted_ns": accepted_ns}
         return list(found.values())

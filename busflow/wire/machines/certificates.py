@@ -14,7 +14,7 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from busflow.clock import SystemClock
+from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import CertificateError, how_to_install
 from busflow.launchfile.model.network import NAME
 
@@ -191,7 +191,7 @@ class Authority:
 
 
 def _now() -> datetime:
-    return datetime.fromtimestamp(SystemClock().now().nanoseconds // 1_000_000_000, UTC)
+    return datetime.fromtimestamp(SystemClock().now().nanoseconds // NS_PER_S, UTC)
 
 
 def _new_key() -> EllipticCurvePrivateKey:

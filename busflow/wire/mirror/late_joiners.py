@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
 
-from busflow.bus.expiry import NS_PER_S
 from busflow.bus.publisher import Publisher
+from busflow.clock import NS_PER_S
 from busflow.errors import MalformedMessage
 from busflow.wire.mirror.connection import decoded
 from busflow.wire.zenoh.keys import Attachment

@@ -8,6 +8,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.topic_origins import Origins
+from busflow.clock import NS_PER_S
 from busflow.errors import BusflowError
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from busflow.clock import Clock
     from busflow.interfaces.message import Message
 
-_NS_PER_S = 1_000_000_000
 _PATIENCE_S = 5.0
 """A meter that is not read for this long is removed, because its client may have been killed."""
 _MOST = 1000
@@ -97,7 +97,7 @@ class Tally:
         """Count a message."""
         self.count += 1
         if self.last_ns is not None:
-            self.periods.add((now_ns - self.last_ns) / _NS_PER_S)
+            self.periods.add((now_ns - self.last_ns) / NS_PER_S)
         self.last_ns = now_ns
 
     def read(self) -> dict[str, Any]:
@@ -145,7 +145,7 @@ class Meter:
     def _weigh(self, tally: Tally, message: Message) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         if stamp is not None:
-            tally.ages.add((self._clock.now().nanoseconds - stamp.sec * _NS_PER_S - stamp.nanosec) / _NS_PER_S)
+            tally.ages.add((self._clock.now().nanoseconds - stamp.sec * NS_PER_S - stamp.nanosec) / NS_PER_S)
         if self._size is not None:
             tally.sizes.add(self._size(message))
 
@@ -155,7 +155,7 @@ class Meter:
         What arrived from other processes is beside it, by node, under `arrived`: most of them count it themselves.
         """
         now_ns = self._clock.monotonic_ns()
-        duration_s, self._since_ns = (now_ns - self._since_ns) / _NS_PER_S, now_ns
+        duration_s, self._since_ns = (now_ns - self._since_ns) / NS_PER_S, now_ns
         return {
             "topic": self.topic.name,
             "duration_s": duration_s,
@@ -197,13 +197,13 @@ class Meters:
         self._meters.clear()
 
     def _expire_later(self, key: tuple[str, str]) -> None:
-        after_ns = round(_PATIENCE_S * _NS_PER_S)
+        after_ns = round(_PATIENCE_S * NS_PER_S)
         self._bus.clock.call_at(self._bus.clock.monotonic_ns() + after_ns, lambda: self._expire(key))
 
     def _expire(self, key: tuple[str, str]) -> None:
         if key not in self._meters:
             return
-        if self._bus.clock.monotonic_ns() - self._read_at[key] < _PATIENCE_S * _NS_PER_S:
+        if self._bus.clock.monotonic_ns() - self._read_at[key] < _PATIENCE_S * NS_PER_S:
             self._expire_later(key)
             return
         del self._read_at[key]

@@ -10,15 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from busflow.clock import NS_PER_S
 from busflow.errors import MalformedMessage
 
 if TYPE_CHECKING:
     from busflow.bus.qos import QoS
 
-_NS_PER_S = 1_000_000_000
 _LONGEST_NS = 2**63 - 1
 """ROS 2's infinite duration, `RMW_DURATION_INFINITE`, which is the longest that it has."""
-_INFINITE = divmod(_LONGEST_NS, _NS_PER_S)
+_INFINITE = divmod(_LONGEST_NS, NS_PER_S)
 _RELIABILITIES = {0: "system_default", 1: "reliable", 2: "best_effort", 3: "unknown", 4: "best_available"}
 _DURABILITIES = {0: "system_default", 1: "transient_local", 2: "volatile", 3: "unknown", 4: "best_available"}
 _HISTORIES = {0: "system_default", 1: "keep_last", 2: "keep_all", 3: "unknown"}
@@ -61,7 +61,7 @@ def to_text(qos: QoS, *, is_request: bool = False) -> str:
     ':1:,7:0,500000000:,:,,'
     """
     limits = (qos.deadline_s, qos.lifespan_s, qos.lease_s)
-    deadline_ns, lifespan_ns, lease_ns = (None if limit is None else round(limit * _NS_PER_S) for limit in limits)
+    deadline_ns, lifespan_ns, lease_ns = (None if limit is None else round(limit * NS_PER_S) for limit in limits)
     stated = {name: getattr(qos, name).value for name in _MOST}
     words = {name: (_LEAST if is_request else _MOST)[name] for name, word in stated.items() if word == "best_available"}
     return written(
@@ -111,7 +111,7 @@ def as_qos(stated: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
     from busflow.bus.qos import QoS  # a client that only shows tokens does not pay for pydantic
 
     limits = {"deadline": stated.deadline_ns, "lifespan": stated.lifespan_ns, "lease": stated.lease_ns}
-    words: dict[str, object] = {word: limit / _NS_PER_S for word, limit in limits.items() if limit}
+    words: dict[str, object] = {word: limit / NS_PER_S for word, limit in limits.items() if limit}
     words |= {"reliability": stated.reliability, "durability": stated.durability, "liveliness": stated.liveliness}
     return QoS.model_validate({"depth": min(max(1, stated.depth), most_depth), **words})
 
@@ -122,12 +122,12 @@ def _number(numbers: dict[int, str], word: str, default: str) -> str:
 
 def _written(limit_ns: int | None) -> str:
     """Return both parts of a limit, each left out if it is that of the infinite duration, as ROS 2 does."""
-    parts = divmod(_LONGEST_NS if limit_ns is None else limit_ns, _NS_PER_S)
+    parts = divmod(_LONGEST_NS if limit_ns is None else limit_ns, NS_PER_S)
     return ",".join("" if part == infinite else str(part) for part, infinite in zip(parts, _INFINITE, strict=True))
 
 
 def _read(text: str) -> int | None:
     whole, rest = (int(part or infinite) for part, infinite in zip(text.split(","), _INFINITE, strict=True))
-    if min(whole, rest) < 0 or (limit := whole * _NS_PER_S + rest) > _LONGEST_NS:
+    if min(whole, rest) < 0 or (limit := whole * NS_PER_S + rest) > _LONGEST_NS:
         raise ValueError(f"a limit from 0 to {_LONGEST_NS} ns")
     return None if limit == _LONGEST_NS else limit
