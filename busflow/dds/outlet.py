@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(slots=True)
-class _Way:
-    """The writer of one publisher."""
+class _Publisher:
+    """A publisher of the run, and its writer in the domain."""
 
     writer: DataWriter[Any]
     kept: int
@@ -38,7 +38,7 @@ class _Way:
 
 
 class TopicOutlet:
-    """The way of one topic's messages out of the run. They are received only while a neighbour reads the topic."""
+    """Carries one topic's messages out of the run. They are received only while a neighbour reads the topic."""
 
     def __init__(self, token: Token, type_: ForeignType, parts: BridgeParts) -> None:
         """Create an outlet without publishers; the token is that of the first.
@@ -49,7 +49,7 @@ class TopicOutlet:
         self._topic, self._type, self._session, self._participant = token.topic, type_, parts.session, parts.participant
         self._key = topic_key(token.topic, type_.name, type_.type_hash, domain=token.domain)
         self._carrier, self._carried = parts.carriers.of(type_), parts.carried
-        self._ways: dict[bytes, _Way] = {}
+        self._publishers: dict[bytes, _Publisher] = {}
         self._subscriber: Any = None
         self._sender = SenderThread(
             f"busflow.dds{token.topic}", on_error=lambda error: parts.carried.fault(f"{token.topic}: {error}")
@@ -60,26 +60,26 @@ class TopicOutlet:
     @property
     def is_unused(self) -> bool:
         """True if it has no publisher."""
-        return not self._ways
+        return not self._publishers
 
     def add(self, token: Token) -> bytes:
         """Create the writer of a publisher; return its gid in DDS."""
         qos = from_text(token.qos)
         stated = user_data(typehash=self._type.type_hash)
         writer = self._participant.writer(DdsName(NameUse.TOPIC, self._topic), self._carrier, qos, stated)
-        self._ways[token.gid] = _Way(writer, qos.depth if qos.latched else 0)
+        self._publishers[token.gid] = _Publisher(writer, qos.depth if qos.latched else 0)
         self.listen(is_read=False)  # so that a publisher that keeps messages is asked for them
         return writer.guid.bytes
 
     def remove(self, token: Token) -> None:
         """Remove the writer of a publisher that has gone."""
-        self._ways.pop(token.gid, None)
+        self._publishers.pop(token.gid, None)
 
     def listen(self, *, is_read: bool) -> None:
         """Receive the topic of the run while a neighbour reads it."""
         if is_read and self._subscriber is None:
             callback: Any = zenoh.handlers.Callback(self._on_sample, indirect=False)
-            depth = max((way.kept for way in self._ways.values()), default=0)
+            depth = max((publisher.kept for publisher in self._publishers.values()), default=0)
             history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
             self._subscriber = (
                 zenoh.ext.declare_advanced_subscriber(self._session, self._key, callback, history=history)
@@ -95,7 +95,7 @@ class TopicOutlet:
         self.listen(is_read=False)
         self._sender.close()
         self._carried.dropped += self._sender.dropped
-        self._ways.clear()
+        self._publishers.clear()
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
         """Carry a message; called in Zenoh's thread, in which a small one leaves at once."""
@@ -103,20 +103,20 @@ class TopicOutlet:
             stated = Attachment.decode(sample.attachment.to_bytes() if sample.attachment is not None else b"")
         except MalformedMessage:  # a message of no publisher that the run shows
             return
-        way = self._ways.get(stated.gid)
-        if way is None or (way.kept and stated.sequence <= way.last):  # kept messages come again
+        publisher = self._publishers.get(stated.gid)
+        if publisher is None or (publisher.kept and stated.sequence <= publisher.last):  # kept messages come again
             return
-        way.last = stated.sequence
+        publisher.last = stated.sequence
         payload = sample.payload.to_bytes()
         self._in_thread = self._in_thread or len(payload) >= LARGE
         if self._in_thread:
-            self._sender.hand(partial(self._write, way, payload), len(payload))
+            self._sender.hand(partial(self._write, publisher, payload), len(payload))
         else:
-            self._write(way, payload)
+            self._write(publisher, payload)
 
-    def _write(self, way: _Way, payload: bytes) -> None:
+    def _write(self, publisher: _Publisher, payload: bytes) -> None:
         try:
-            way.writer.write(self._carrier.of(payload))
+            publisher.writer.write(self._carrier.of(payload))
         except DDSException as error:
             if error.code != DDSException.DDS_RETCODE_TIMEOUT:
                 self._carried.fault(f"{self._topic} is not carried to DDS: {error.msg}")

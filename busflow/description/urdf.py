@@ -225,26 +225,26 @@ class _Reader:
         return [self._with_source(each, by_name, stated) if each.name in stated else each for each in joints]
 
     def _with_source(self, joint: Joint, joints: Mapping[str, Joint], stated: Mapping[str, Element]) -> Joint:
-        way, multiplier, offset = [joint.name], 1.0, 0.0
-        while (mimic := stated.get(way[-1])) is not None:
+        path, multiplier, offset = [joint.name], 1.0, 0.0
+        while (mimic := stated.get(path[-1])) is not None:
             offset += multiplier * self._number(mimic, "offset")
             multiplier *= self._number(mimic, "multiplier", 1.0)
             source = mimic.attributes.get("joint", "")
-            if source in way:
-                if source == joint.name == next(name for name in self._joints if name in way):  # once for each loop
-                    names = " → ".join(map(printable, [*way, source]))
+            if source in path:
+                if source == joint.name == next(name for name in self._joints if name in path):  # once for each loop
+                    names = " → ".join(map(printable, [*path, source]))
                     self._report("mimic-loop", f"joints mimic each other: {names}", "leave one out", mimic, "joint")
                 return joint
             if source not in joints or joints[source].kind not in MOVES:
-                if len(way) == 1:  # else it is that joint's problem
+                if len(path) == 1:  # else it is that joint's problem
                     self._report_source(source, joints, mimic)
                 return joint
-            if len(way) == MOST_MIMICS:
+            if len(path) == MOST_MIMICS:
                 message = f"the joint {quoted(joint.name)} mimics others over more than {MOST_MIMICS} joints"
                 self._report("mimic-loop", message, "name the joint that moves", stated[joint.name], "joint")
                 return joint
-            way.append(source)
-        return replace(joint, source=way[-1], multiplier=multiplier, offset=offset)
+            path.append(source)
+        return replace(joint, source=path[-1], multiplier=multiplier, offset=offset)
 
     def _report_source(self, source: str, joints: Mapping[str, Joint], mimic: Element) -> None:
         moving = [name for name, each in joints.items() if each.kind in MOVES]
@@ -261,13 +261,13 @@ class _Reader:
         """Report loops, and links beside the first that hang on nothing."""
         seen: set[str] = set()
         for link in self._links:
-            way, above = list[str](), link
+            path, above = list[str](), link
             while above in self._joint_of and above not in seen:
                 seen.add(above)
-                way.append(above)
+                path.append(above)
                 above = self._joint_of[above].parent
-            if above in way:
-                self._report_loop(way[way.index(above) :])
+            if above in path:
+                self._report_loop(path[path.index(above) :])
         first, *others = [link for link in self._links if link not in self._joint_of] or [""]
         for link in others:
             message = f"the links {quoted(first)} and {quoted(link)} both hang on nothing: a robot has one root"

@@ -97,13 +97,13 @@ class FrameTree:
 
     def loop(self, parent: str, child: str) -> tuple[str, ...]:
         """Return the frames from `parent` up to `child`, if an edge between the two would close a loop; else none."""
-        way = [parent]
-        while way[-1] != child:
-            edge = self.edges.get(way[-1])
+        path = [parent]
+        while path[-1] != child:
+            edge = self.edges.get(path[-1])
             if edge is None:
                 return ()
-            way.append(edge.parent)
-        return tuple(way)
+            path.append(edge.parent)
+        return tuple(path)
 
     def check(self, parent: str, child: str, numbers: Rigid) -> None:
         """Check that an edge can be part of the tree.

@@ -21,7 +21,7 @@ from busflow.bus.timer import Timer
 from busflow.interfaces.message import Message
 from busflow.node.lifetime import NodeLifetime
 from busflow.node.parameter_store import ParameterStore
-from busflow.validation.tracebacks import way
+from busflow.validation.tracebacks import lines_of
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
@@ -115,7 +115,7 @@ class NodeEndpoints:
         def on_error(error: BaseException, request: Message) -> None:
             if isinstance(error, Exception | asyncio.CancelledError):  # the caller gets the error, and the node goes on
                 failure = Failure(life.name, origin, error, request)
-                life.log.error(failure.summary, **({"traceback": lines} if (lines := way(error)) else {}))
+                life.log.error(failure.summary, **({"traceback": lines} if (lines := lines_of(error)) else {}))
             else:
                 life.fail(origin, error, request)
 

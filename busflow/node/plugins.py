@@ -298,8 +298,8 @@ def _raised_by_statement(error: BaseException) -> bool:
 
 
 def _import_problem(name: str, folder: Path | None, file: Path | None, error: BaseException) -> Problem:
-    way = tracebacks.places(error, within=folder)
-    place = way.pop() if way else Place(tracebacks.shown(file), 1, 1) if file else None
+    places = tracebacks.places(error, within=folder)
+    place = places.pop() if places else Place(tracebacks.shown(file), 1, 1) if file else None
     place = error.place or place if isinstance(error, BusflowError) else place
     text = str(error) if isinstance(error, BusflowError) else tracebacks.reason(error)
     reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", text)
@@ -313,7 +313,7 @@ def _import_problem(name: str, folder: Path | None, file: Path | None, error: Ba
     elif isinstance(error, (SystemExit, KeyboardInterrupt)):
         message = f"plugin {name!r} ends the program when it is imported: {reason}"
         fix = 'put what runs as a script under `if __name__ == "__main__":`'
-    return Problem(code, message, fix, place, included_from=tuple(reversed(way)))
+    return Problem(code, message, fix, place, included_from=tuple(reversed(places)))
 
 
 def _fix_for_missing(missing: str, folder: Path | None) -> str:

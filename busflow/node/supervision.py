@@ -171,18 +171,18 @@ def cycle(needs: Mapping[str, Collection[str]]) -> list[str]:
     """
     done: set[str] = set()
     for name in needs:
-        way: list[tuple[str, list[str]]] = [(name, list(needs[name]))]
-        while way:
-            here, left = way[-1]
-            names = [each for each, _ in way]
+        path: list[tuple[str, list[str]]] = [(name, list(needs[name]))]
+        while path:
+            here, left = path[-1]
+            names = [each for each, _ in path]
             following = left.pop(0) if left else None
             if following is None:
                 done.add(here)
-                way.pop()
+                path.pop()
             elif following in names:
                 return [*names[names.index(following) :], following]
             elif following not in done and following in needs:
-                way.append((following, list(needs[following])))
+                path.append((following, list(needs[following])))
     return []
 
 

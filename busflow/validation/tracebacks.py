@@ -48,7 +48,7 @@ def line(file: str, number: int) -> Place:
     return Place(shown(file), number, start + 1, max(1, len(text) - start), text)
 
 
-def way(error: BaseException) -> list[str]:
+def lines_of(error: BaseException) -> list[str]:
     """Return the lines of code that led to an exception, outermost first, without busflow's own."""
     return [
         f"{shown(frame.filename)}:{frame.lineno} in {frame.name}"

@@ -47,9 +47,9 @@ def _add(parents: dict[str, tuple[str, Value]], parent: str, child: str, value: 
 
 def _loop(parents: Mapping[str, tuple[str, Value]], parent: str, child: str) -> list[str]:
     """Return the frames of the loop that an edge would close, from the child to the child; none if it closes none."""
-    way = [parent]
-    while way[-1] != child:
-        if way[-1] not in parents:
+    path = [parent]
+    while path[-1] != child:
+        if path[-1] not in parents:
             return []
-        way.append(parents[way[-1]][0])
-    return [*reversed(way), child] if len(way) > 1 else [child, child]
+        path.append(parents[path[-1]][0])
+    return [*reversed(path), child] if len(path) > 1 else [child, child]
