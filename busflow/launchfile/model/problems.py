@@ -99,9 +99,20 @@ def log_problems(problems: Iterable[Problem], log: Logger, *, embedded: bool) ->
 _CODES = {"type": "wrong-type", "range": "out-of-range", "choice": "unknown-choice", "length": "wrong-length"}
 
 
+_OF_ROS2 = {
+    "ros__parameters": "write what is below it directly below parameters:",
+    "use_sim_time": "leave it out: all nodes have the run's clock; clock: {mode: follow} follows /clock",
+    "qos_overrides": "leave it out: QoS is stated under topics:, as /scan: {qos: {depth: 1}}",
+}
+"""By name, what to write in place of a parameter that every node of ROS 2 has."""
+
+
 def parameter_problems(error: InvalidParameter, spec: NodeSpec) -> list[Problem]:
     """Return the faults of a node's parameters, at the places where the launch file states them."""
-    return problems(error.faults, spec.parameters, noun="parameter", subject=spec.full_name)
+    faults = [
+        replace(each, fix=_OF_ROS2.get(str(each.path[0]), each.fix)) if each.path else each for each in error.faults
+    ]
+    return problems(faults, spec.parameters, noun="parameter", subject=spec.full_name)
 
 
 def problems(faults: Iterable[Fault], stated: Value, *, noun: str, subject: str = "") -> list[Problem]:

@@ -86,6 +86,14 @@ def test_fault_is_reported_at_its_value_or_key(folder):
     )
 
 
+def test_parameters_of_ros2_have_another_place(folder):
+    text = "nodes:\n  talker: {plugin: talker, parameters: {name: x, use_sim_time: true, ros__parameters: {name: y}}}\n"
+    found = report(folder, text)
+    assert "unknown parameter use_sim_time\n" in found
+    assert "fix: leave it out: all nodes have the run's clock; clock: {mode: follow} follows /clock" in found
+    assert "fix: write what is below it directly below parameters:" in found
+
+
 def test_missing_parameter_is_reported_at_the_node(folder):
     found = report(folder, "nodes:\n  talker:\n    plugin: talker\n")
     assert found.startswith("lab1.yaml:2:3: error: /talker: parameter name is required\n    talker:\n    ^^^^^^\n")
