@@ -21,6 +21,7 @@ from contextlib import suppress
 from types import FrameType, TracebackType
 from typing import Any, Self
 
+from busflow.clock import monotonic
 from busflow.errors import ExitCode
 from busflow.runner import standard_error
 from busflow.runner.forks import call_in_children
@@ -33,6 +34,8 @@ _LIMITED = 255
 """Number that is no signal's: the run's time limit begins, and after it the grace."""
 _LAST_S = 5.0
 """Time for the last act before the process is ended by force: the machine may be busy, and a disk may hang."""
+_ECHO_S = 0.1
+"""The time in which the same signal again is the first one: `timeout` sends its own to a program and to its group."""
 CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
 """Exit codes of a run that a signal ends."""
 if hasattr(signal, "SIGHUP"):  # Windows does not have it
@@ -88,6 +91,7 @@ class SignalGuard:
         self._before_fd = self._loop_fd = -1
         self._code = ExitCode.FAILED
         self._limit_s = 0.0
+        self._first: tuple[int, float] | None = None
         self.received: list[int] = []
         """Signals that the run was sent so far."""
         self.interrupt: KeyboardInterrupt | None = KeyboardInterrupt() if interrupts else None
@@ -193,7 +197,7 @@ class SignalGuard:
                 elif received[0] == _ENDED:
                     limited, more_s = False, 0.0
                     self._reader.settimeout(self._grace_s + self._around_s)
-                elif received[0] in CODES:  # signals of other handlers wake this one too
+                elif received[0] in CODES and self._is_new(received[0]):  # signals of other handlers wake this one too
                     limited, more_s = False, self._around_s
                     self._reader.settimeout(self._grace_s)
                     asked += 1
@@ -202,6 +206,13 @@ class SignalGuard:
                     if asked == 1:
                         self._code = CODES[signal.Signals(received[0])]
                         self._ask_to_stop(self._code)
+
+    def _is_new(self, number: int) -> bool:
+        """Return whether a signal is more than the first one once again."""
+        now_s = monotonic()
+        first = self._first
+        self._first = first or (number, now_s)
+        return first is None or number != first[0] or now_s - first[1] >= _ECHO_S
 
     def _forward_to_loop(self, received: bytes) -> None:
         """Forward received bytes to the event loop; no bytes close its descriptor."""

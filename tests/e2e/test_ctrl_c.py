@@ -61,6 +61,8 @@ NODES = {
             self.log.info("ticking")
 
         async def stop(self) -> None:
+            await asyncio.sleep(0.2)  # longer than one signal may be sent twice
+            self.log.info("stopping")
             await asyncio.sleep(3600)
     """,
     "thread": """
@@ -226,6 +228,7 @@ def test_time_limit_ends_and_names_a_stuck_node(terminal: Terminal, told: str):
 def test_a_second_ctrl_c_ends_it_at_once(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.press_ctrl_c()
+    terminal.read_until("stopping")
     terminal.press_ctrl_c()
     assert terminal.end() == 130
     assert "a second signal" in terminal.shown or "given up" in terminal.shown

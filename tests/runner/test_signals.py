@@ -114,6 +114,17 @@ def test_a_last_act_that_hangs_keeps_nothing():
     assert code == ExitCode.TERMINATED
 
 
+def test_a_signal_sent_twice_at_once_is_one():
+    """As `timeout` does, to the program and to its process group."""
+    code, text = ended("""
+        with SignalGuard(lambda code: None, grace_s=0.01):
+            os.kill(os.getpid(), signal.SIGTERM)
+            os.kill(os.getpid(), signal.SIGTERM)
+            stuck()
+    """)
+    assert (code, text) == (ExitCode.TERMINATED, "busflow: the run did not end within 0.01 s\n")
+
+
 def test_a_time_limit_ends_with_the_grace():
     code, text = ended("""
         with SignalGuard(lambda code: None, grace_s=0.01) as guard:
