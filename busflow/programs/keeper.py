@@ -34,9 +34,9 @@ class Stopping:
     """Signals that stop a program: the first when it is ordered, each other one when the grace of the last is over."""
 
     def __init__(self) -> None:
-        self.signals = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+        self.signals: list[signal.Signals] = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
         """Signals that the program has not got yet."""
-        self.is_due = False
+        self.is_due: bool = False
         """Whether the time for the next signal has come."""
 
     def order(self) -> None:
