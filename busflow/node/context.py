@@ -1,4 +1,4 @@
-"""Surroundings: what a node is given from outside."""
+"""Surroundings: what a node is given from outside, its generator of random numbers among it."""
 
 from __future__ import annotations
 
@@ -7,12 +7,32 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from busflow.bus.qos import QoS
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
     from busflow.log import Log
     from busflow.node.parameter_store import ValueSource
+
+
+_BEYOND_BYTES = 256
+"""Makes the number of a life unlike any byte of a name."""
+
+
+class Rng(np.random.Generator):
+    """A numpy generator that can go back to where it began."""
+
+    def __init__(self, seed: int, name: str, life: int = 0) -> None:
+        """Create a node's generator from the run's seed, the node's full name, and its number of restarts."""
+        key = (*name.encode(), *((_BEYOND_BYTES + life,) if life else ()))
+        super().__init__(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
+        self._beginning = self.bit_generator.state
+
+    def reseed(self) -> None:
+        """Start the sequence over."""
+        self.bit_generator.state = self._beginning
 
 
 @dataclass(frozen=True, slots=True)

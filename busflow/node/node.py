@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Coroutine
 from inspect import getattr_static, iscoroutinefunction, isfunction
-from typing import TYPE_CHECKING, Any, Never, TypeVar, TypeVarTuple, Unpack, cast, overload
+from typing import Any, Never, TypeVar, TypeVarTuple, Unpack, cast, overload
 
 import anyio.to_thread
 
@@ -20,6 +20,7 @@ from busflow.clock import Clock
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
 from busflow.log import Logger
+from busflow.node.context import Rng
 from busflow.node.declarations import ParametersDeclaration
 from busflow.node.handlers import inherit
 from busflow.node.parameters import Parameters, validate
@@ -28,9 +29,6 @@ from busflow.node.signatures import calling_frame, calling_line
 from busflow.text import printable
 from busflow.validation.as_written import written_annotations
 from busflow.validation.tracebacks import line
-
-if TYPE_CHECKING:
-    from busflow.node.rng import Rng
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")

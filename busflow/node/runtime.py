@@ -19,7 +19,7 @@ from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
 from busflow.interfaces.message import Message
 from busflow.log import Logger
 from busflow.node.callbacks import EventHandler, ParameterHandler
-from busflow.node.context import Surroundings
+from busflow.node.context import Rng, Surroundings
 from busflow.node.declarations import (
     ClientDeclaration,
     ComposedDeclaration,
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 
     from busflow.bus.bus import Bus
     from busflow.clock import Clock
-    from busflow.node.rng import Rng
 
 M = TypeVar("M", bound=Message)
 
@@ -99,8 +98,6 @@ class NodeRuntime:
     @cached_property
     def rng(self) -> Rng:
         """The node's own generator."""
-        from busflow.node.rng import Rng  # as it says
-
         return Rng(self.surroundings.seed, self.full_name, self.surroundings.life)
 
     def declare(self, surroundings: Surroundings) -> None:

@@ -48,8 +48,7 @@ def run_graph(
             await graph.stop()
         await graph.wait()
 
-    around_s = _AROUND_S + graph.end_s
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=around_s)
+    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=_AROUND_S + graph.end_s)
     guard.last_act = last_act or guard.last_act
     with (
         guard,

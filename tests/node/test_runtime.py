@@ -2,6 +2,7 @@
 
 import asyncio
 
+import numpy as np
 import pytest
 
 from busflow import Graph, Message, Node, NodeFailed, QoS, publisher, subscription, timer
@@ -17,7 +18,7 @@ from busflow.bus.events import (
 from busflow.clock import SimClock
 from busflow.errors import InvalidDeclaration, InvalidName, LaunchError, NotRunning
 from busflow.log import Log
-from busflow.node.context import Surroundings
+from busflow.node.context import Rng, Surroundings
 from busflow.node.handlers import on_event
 from busflow.node.node import runtime_of
 from busflow.testing import virtual_time
@@ -122,6 +123,17 @@ async def test_declaring_connects_nothing_and_connecting_hands_over_nothing():
     topic = bus.topics["/numbers"]
     assert (topic.publishers, topic.subscriptions) == ([], [])
     assert [line.delivered for line in bus.ledger()] == [1]
+
+
+def test_a_random_generator_can_be_reset():
+    one, two = Rng(7, "/left/arm"), Rng(7, "/left/arm")
+    assert isinstance(one, np.random.Generator)
+    first = one.normal(size=5).tolist()
+    assert two.normal(size=5).tolist() == first
+    one.reseed()
+    assert one.normal(size=5).tolist() == first
+    assert Rng(8, "/left/arm").normal(size=5).tolist() != first
+    assert Rng(7, "/left/leg").normal(size=5).tolist() != first
 
 
 # Events.

@@ -6,7 +6,7 @@ from collections import defaultdict
 import pytest
 
 from busflow.cli import main
-from busflow.node.rng import Rng
+from busflow.node.context import Rng
 from busflow.recording.bag.bag import Bag
 
 PATIENCE_NS = 60 * 10**9

@@ -5,7 +5,7 @@ import signal
 import pytest
 
 from busflow.cli import main
-from busflow.node.rng import Rng
+from busflow.node.context import Rng
 from busflow.wire.client.client import join
 from busflow.wire.client.runs import ask_runs
 
