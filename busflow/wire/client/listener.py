@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from busflow.errors import MalformedMessage
-from busflow.wire.zenoh.keys import Attachment
+from busflow.wire.zenoh.keys import MOST_MISSING, Attachment
 
 if TYPE_CHECKING:
     import zenoh
@@ -94,6 +94,6 @@ class Listener:
     def _count_lost(self, received: Received) -> None:
         if received.sequence:
             last = self._sequences.get(received.gid)
-            if last is not None and received.sequence > last + 1:
-                self.lost += received.sequence - last - 1
+            if last is not None and 0 < (missing := received.sequence - last - 1) <= MOST_MISSING:
+                self.lost += missing
             self._sequences[received.gid] = received.sequence

@@ -6,6 +6,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from busflow.wire.zenoh.keys import MOST_MISSING
+
 if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
     from busflow.bus.topic import Topic
@@ -63,6 +65,9 @@ class Arrivals:
         """
         numbers = self._gone if gid in self._gone else self.last
         last = numbers.get(gid)
+        if last is not None and abs(sequence - last) > MOST_MISSING:
+            del numbers[gid]
+            last = None
         if last is not None and sequence <= last:
             return not ordered and self._fill(self._records[gid], sequence)
         if sequence in (known := self._kept.get(gid, set())):

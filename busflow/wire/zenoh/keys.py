@@ -37,6 +37,8 @@ _ATTACHMENT = struct.Struct(f"<qqB{_GID_BYTES}s")
 SEQUENCE = struct.Struct("<q")
 """The first field of an attachment."""
 ATTACHMENT_BYTES = _ATTACHMENT.size
+MOST_MISSING = 2**31 - 1
+"""Limit of the numbers missing between two messages of a publisher, as in ROS 2; beyond it, it counts anew."""
 GID_AT = 17
 """Offset of the gid in an attachment; the gid is its last field."""
 _NO_HASH = "RIHS01_" + "0" * 64

@@ -45,9 +45,9 @@ def test_waiting_for_a_message_ends_when_it_comes():
 
 def test_gaps_are_losses_and_overflows_are_drops():
     listener = Listener(2)
-    for sequence, gid in ((5, GID), (6, GID), (9, GID), (1, OTHER), (2, OTHER), (1, GID)):
+    for sequence, gid in ((5, GID), (6, GID), (9, GID), (2**62, GID), (1, OTHER), (2, OTHER), (1, GID)):
         listener.put(sample(sequence, gid=gid))
-    assert (listener.lost, listener.dropped) == (2, 4)
+    assert (listener.lost, listener.dropped) == (2, 5)
     assert [listener.get(0).sequence for _ in range(2)] == [2, 1]
 
 

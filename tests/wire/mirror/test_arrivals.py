@@ -196,6 +196,16 @@ async def test_a_full_record_forgets_its_oldest_entries():
     assert topic.losses == {"lost": 148}
 
 
+async def test_a_publisher_that_counts_anew_loses_none():
+    topic = Topic("/map", Int64, SystemClock())
+    numbers = Arrivals(topic)
+    assert all(numbers.note(bytes(16), number) for number in (7, 2**62, 2**62 + 2, 8, 10))
+    assert topic.losses == {"lost": 2}
+    assert numbers.note(bytes(16), 9)
+    assert not numbers.note(bytes(16), 10)
+    assert topic.losses == {"lost": 1}
+
+
 async def test_kept_messages_count_once_however_they_come():
     arrivals, gid = Arrivals(topic := Topic("/map", Int64, SystemClock())), bytes(16)
     arrivals.note_kept(gid, [1, 2, 3])
