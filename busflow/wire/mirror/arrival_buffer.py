@@ -14,10 +14,17 @@ import zenoh
 
 from busflow.errors import MalformedMessage
 from busflow.wire.mirror.burst import MOST_BYTES, is_burst, taken_apart
+from busflow.wire.zenoh.keys import ATTACHMENT_BYTES
 from busflow.wire.zenoh.sender import LARGE, LARGEST
 
 Arrived = tuple[bytes | zenoh.ZBytes, bytes]
 """A message's payload, and its attachment. A payload too large for the topic's type is not copied: it stays Zenoh's."""
+
+
+def is_large(message: Arrived) -> bool:
+    """Return whether a message is large, or lies in shared memory, where all are."""
+    payload, signature = message
+    return len(payload) >= LARGE or len(signature) > ATTACHMENT_BYTES
 
 
 class ArrivalBuffer:
@@ -91,7 +98,7 @@ class ArrivalBuffer:
 
         A large one, or as many bytes, comes last out of the ring: it is handled while the processor has it at hand.
         """
-        messages, size = self._messages, 0
+        messages, size = self._messages, sum(len(payload) for payload, _ in self._messages)
         try:
             with self._lock:
                 while len(messages) < most and size < LARGE and (sample := self._next()) is not None:

@@ -21,12 +21,13 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 import zenoh.ext
 
+from busflow.bus.dispatcher import QUANTUM
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
-from busflow.wire.mirror.arrival_buffer import ArrivalBuffer, Arrived
+from busflow.wire.mirror.arrival_buffer import ArrivalBuffer, Arrived, is_large
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.connection import decoded
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
@@ -217,14 +218,17 @@ class Inlet:
             self._take()
 
     def _take(self) -> None:
-        """Publish messages of the buffer for a limited time; the others wait until the loop has run other work."""
+        """Publish messages of the buffer for a limited time; the others wait until the loop has run other work.
+
+        The clock is read after a quantum of messages, and after each large one, whose copy and decoding take long.
+        """
         dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
         deep = all(each.endpoint.qos.depth >= 2 * _DEEP_BATCH and not each.queued for each in subscriptions)
         room = _DEEP_BATCH if deep else min([_BATCH, *(each.endpoint.qos.depth for each in subscriptions)])
         started, handled, is_empty = dispatcher.now(), 0, False
         try:
             while batch := self._buffer.take(room):
-                handled += len(batch)
+                handled += QUANTUM if is_large(batch[-1]) else len(batch)
                 dispatcher.run_now(partial(self._publish, batch))
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
                     break  # a queue that is not empty now is read by a task, which needs the loop
@@ -234,7 +238,7 @@ class Inlet:
             if is_empty or self._closed:
                 self._resume_thread()
             else:
-                asyncio.get_running_loop().call_soon(self._go_on)
+                asyncio.get_running_loop().call_later(0, self._go_on)  # after all timers that are due
 
     async def _feed(self) -> None:
         """Publish as fast as the nodes accept messages; if that is too slow, the buffer drops its oldest."""
