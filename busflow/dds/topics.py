@@ -16,8 +16,6 @@ from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import WireQoS, from_text
 
 if TYPE_CHECKING:
-    import zenoh
-
     from busflow.dds.calls import BridgeParts
     from busflow.dds.known_types import KnownTypes
     from busflow.dds.neighbours import NeighbourEnd
@@ -173,8 +171,8 @@ class Topics:
             self._parts.carried.warn(f"{token.node_name} in DDS {what}")
             self._ready.append((inlet, end.gid, None))
             return
-        session: zenoh.Session = self._parts.session
-        speaker = ending.enter_context(speaking(session, token, inlet.type, token.qos))
+        keys = self._parts.peer.keys(topic, inlet.type)
+        speaker = ending.enter_context(speaking(self._parts.session, token, inlet.type, token.qos, keys=keys))
         self._ready.append((inlet, end.gid, speaker))
 
 

@@ -22,8 +22,9 @@ STATUS = ":1:,1:,:,:,,"
 class RmwNode:
     """One node; its endpoints are made by its methods and end with the session."""
 
-    def __init__(self, session: Any, name: str, *, domain: int = 7) -> None:
-        self.session, self.name, self.domain = session, name, domain
+    def __init__(self, session: Any, name: str, *, domain: int = 7, humble: bool = False) -> None:
+        """Show the node; what `rmw_zenoh` 0.1.9 of Humble does is the same but for the word in place of a hash."""
+        self.session, self.name, self.domain, self.humble = session, name, domain, humble
         self.zid = str(session.info.zid())
         self.ids = count(1)
         self.graph: dict[str, bool] = {}
@@ -58,6 +59,7 @@ class RmwNode:
 
     def end(self, kind: str, name: str, type_: str, type_hash: str, qos: str) -> tuple[str, bytes]:
         """Show an endpoint; return the key of its topic or service, and its gid."""
+        type_hash = "TypeHashNotSupported" if self.humble else type_hash
         package, group, short = type_.split("/")
         dds = f"{package}::{group}::dds_::{short}_"
         rest = f"0/{next(self.ids)}/{kind}/%/%/{self.name}/{name.replace('/', '%')}/{dds}/{type_hash}/{qos}"

@@ -70,9 +70,9 @@ async def in_thread(act: Callable[..., Any], *arguments: Any) -> Any:
         return await asyncio.to_thread(act, *arguments)
 
 
-async def client_of(session: Any, events: asyncio.Queue[Any]) -> FibonacciClient:
+async def client_of(session: Any, events: asyncio.Queue[Any], *, humble: bool = False) -> FibonacciClient:
     """An action client of ROS 2 that sees busflow's server."""
-    ros = RmwNode(session, "ros")
+    ros = RmwNode(session, "ros", humble=humble)
     for part in ("send_goal", "get_result", "cancel_goal"):
         await in_thread(ros.sees, "/SS/", f"%count%_action%{part}/")
     for part in ("feedback", "status"):
@@ -89,11 +89,12 @@ async def until_state(events: asyncio.Queue[Any], goal: bytes, state: int) -> li
 
 
 @pytest.mark.asyncio
-async def test_a_client_of_ros2_gets_feedback_and_result():
+@pytest.mark.parametrize("humble", [False, True])
+async def test_a_client_of_ros2_gets_feedback_and_result(humble: bool):
     port, events = free_port(), asyncio.Queue[Any]()
     async with launch(ros2_at(port), Counter, inspect="counted") as graph:
         with rmw_session(port) as session:
-            client = await client_of(session, events)
+            client = await client_of(session, events, humble=humble)
             assert await in_thread(client.send, GOAL, 3)
             await until_state(events, GOAL, EXECUTING)
             waiting = asyncio.create_task(in_thread(client.result, GOAL))
@@ -211,11 +212,12 @@ async def test_a_goal_ends_with_its_server_of_ros2(accepted: bool):
 
 
 @pytest.mark.asyncio
-async def test_commands_send_goals_to_a_server_of_ros2(capsys: pytest.CaptureFixture[str]):
+@pytest.mark.parametrize("humble", [False, True])
+async def test_commands_send_goals_to_a_server_of_ros2(capsys: pytest.CaptureFixture[str], humble: bool):
     port, goals = free_port(), asyncio.Queue[Any]()
     async with launch(ros2_at(port), Boss, inspect="boss") as graph:
         with rmw_session(port) as session:
-            server = FibonacciServer(RmwNode(session, "ros"), "/count", to_loop(goals))
+            server = FibonacciServer(RmwNode(session, "ros", humble=humble), "/count", to_loop(goals))
             await graph.node(Boss).count.ready(timeout=PATIENCE_S)
             words = ["action", "send_goal", "-f", "--run", "boss", "/count", "example_interfaces/action/Fibonacci"]
             sending = asyncio.create_task(in_thread(main, [*words, "{order: 3}"]))

@@ -72,6 +72,17 @@ async def test_late_joiners_get_what_is_kept():
 
 
 @pytest.mark.asyncio
+async def test_message_right_after_its_publisher_arrives():
+    port = free_port()
+    async with launch(ros2_at(port), Robot, inspect="once") as graph:
+        with rmw_session(port) as session:  # the loop is blocked while the message is published
+            ros = RmwNode(session, "ros")
+            ros.sees("/MS/", "/robot/%words/")
+            ros.publisher("/words", STRING)(STRING.encode(String(data="once")))
+            assert await arrived(graph.node(Robot).arrived) == "once"
+
+
+@pytest.mark.asyncio
 async def test_gids_attachments_and_tokens_agree():
     port = free_port()
     async with launch(ros2_at(port), Robot, inspect="gids") as graph:

@@ -141,8 +141,7 @@ class Publishing:
         while matches:
             left_s = patience_s - (self._clock.monotonic_ns() - began_ns) / _NS_PER_S
             there = self._subscriptions()
-            wanted = self._type.name, self._type.type_hash
-            enough = sum((each.type, each.hash) == wanted for each in there) >= matches
+            enough = sum(each.has_type(self._type.name, self._type.type_hash) for each in there) >= matches
             if enough and (qos := self._offer.text(there)) != self._qos:  # those that have come ask for more
                 ends.close()
                 self._qos = qos

@@ -98,13 +98,11 @@ def _namesakes(tokens: Sequence[Token]) -> Iterator[Problem]:
 
 
 def _type_conflicts(graph: GraphView) -> Iterator[Problem]:
-    for topic in graph.topics.values():
-        ends = (*topic.publishers, *topic.subscriptions)
-        users: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
-        for end in ends:
-            users[end.token.type, end.token.hash].append(end.node)
-        if len(users) < 2:
-            continue
+    for topic in (each for each in graph.topics.values() if len(each.kinds) > 1):
+        users: defaultdict[tuple[str, str | None], list[str]] = defaultdict(list)
+        for end in (*topic.publishers, *topic.subscriptions):
+            if (kind := (end.token.type, end.token.known_hash)) in topic.kinds:
+                users[kind].append(end.node)
         listed = [f"{type_} ({', '.join(dict.fromkeys(nodes))})" for (type_, _), nodes in users.items()]
         if len(topic.types) > 1:
             text, fix = f"{topic.name} carries {' and '.join(listed)}", "use one type on all ends, or remap one of them"

@@ -34,6 +34,7 @@ from busflow.wire.client.speaker import Speaker, speaking
 from busflow.wire.zenoh.keys import (
     ATTACHMENT_BYTES,
     GRAPH,
+    HUMBLE,
     PATIENCE,
     QUERY_PREFIX,
     READ_ONLY_QUERIES,
@@ -108,6 +109,11 @@ class Peer:
     def domain(self) -> int:
         """The domain in the keys of the run."""
         return self.run.card.domain
+
+    def keys(self, topic: str, type_: ForeignType) -> list[str]:
+        """Return the keys of a topic's messages: with nodes of ROS 2 also that of Humble."""
+        hashes = [type_.type_hash] if self.run.card.ros2_domain is None else [type_.type_hash, HUMBLE]
+        return [topic_key(topic, type_.name, each, domain=self.domain) for each in hashes]
 
     def key(self, service: ServiceKind) -> str:
         """Return the key of a service's requests."""
@@ -283,18 +289,19 @@ class Peer:
         latched = any(end.qos.latched for end in topic.publishers)
         with self._present(TokenKind.SUBSCRIPTION, topic.name, type_, _LEAST_QOS):
             listener = listener or Listener(depth, most_bytes=most_bytes, on_arrival=on_arrival)
-            key = topic_key(topic.name, type_.name, type_.type_hash, domain=self.domain)
             callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)
             history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
-            subscriber: Any = (
+            subscribers: list[Any] = [
                 zenoh.ext.declare_advanced_subscriber(self.session, key, callback, history=history)
                 if latched
                 else self.session.declare_subscriber(key, callback)
-            )
+                for key in self.keys(topic.name, type_)
+            ]
             try:
                 yield listener
             finally:
-                subscriber.undeclare()
+                for subscriber in subscribers:
+                    subscriber.undeclare()
 
     @contextmanager
     def advertise(
@@ -314,7 +321,7 @@ class Peer:
         self.require(f"publish {topic}")
         with (
             self._present(TokenKind.PUBLISHER, topic, type_, qos) as token,
-            speaking(self.session, token, type_, qos) as speaker,
+            speaking(self.session, token, type_, qos, keys=self.keys(topic, type_)) as speaker,
         ):
             if settle:
                 self.settle()

@@ -54,10 +54,12 @@ class TopicView:
 
     @property
     def kinds(self) -> tuple[tuple[str, str | None], ...]:
-        """Its types, each with the hash that an endpoint's token or, without endpoints, the run states; else None."""
+        """Its types, each with every hash that an endpoint's token or, without endpoints, the run states; else None."""
         ends = (*self.publishers, *self.subscriptions)
         kinds = dict.fromkeys((each.token.type, each.token.known_hash) for each in ends)
-        return tuple(kinds) or tuple((name, self.details.get("hash")) for name in self.types)
+        stated = {name for name, type_hash in kinds if type_hash}
+        found = tuple((name, type_hash) for name, type_hash in kinds if type_hash or name not in stated)
+        return found or tuple((name, self.details.get("hash")) for name in self.types)
 
     @property
     def hidden(self) -> bool:

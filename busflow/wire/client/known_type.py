@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from busflow.actions.names import action_type_of
@@ -10,6 +11,7 @@ from busflow.errors import NoSuchTarget, UnknownType
 from busflow.interfaces.encoding.builtin_types import builtin_types
 from busflow.launchfile.model.interface_folders import library
 from busflow.text import did_you_mean, printable
+from busflow.wire.zenoh.keys import HUMBLE
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.foreign import ForeignType
@@ -52,7 +54,7 @@ def known_service(peer: Peer, service: TopicView) -> ServiceKind:
         InvalidDefinition: Its definition file has mistakes.
     """
     try:
-        return peer.service(service.name)
+        found = peer.service(service.name)
     except NoSuchTarget:
         name, type_hash = service.kinds[0]
         found = installed_service(service.name, name)
@@ -61,7 +63,8 @@ def known_service(peer: Peer, service: TopicView) -> ServiceKind:
             near = f"{did_you_mean(name, known)}; --interfaces DIR adds types"
             raise UnknownType(f"the run does not say what {printable(name)} is; {near}") from None
         _require_version(name, type_hash, found.hash)
-        return found
+    is_of_humble = bool(service.publishers) and all(each.token.hash == HUMBLE for each in service.publishers)
+    return replace(found, hash=HUMBLE) if is_of_humble else found
 
 
 def installed_service(service: str, name: str) -> ServiceKind | None:

@@ -43,9 +43,9 @@ class Connection:
     describes_types: bool = False
     """Whether each node describes the types of its process, as nodes of ROS 2 do."""
 
-    def key(self, topic: str, support: TypeSupport) -> str:
-        """Return the key under which messages of this type travel on a topic or service."""
-        return topic_key(topic, support.name, support.type_hash, domain=self.domain)
+    def key(self, topic: str, support: TypeSupport, type_hash: str = "") -> str:
+        """Return the key under which messages of this type travel on a topic or service; with its hash, or another."""
+        return topic_key(topic, support.name, type_hash or support.type_hash, domain=self.domain)
 
 
 def decoded(payload: zenoh.ZBytes, support: TypeSupport) -> Message:

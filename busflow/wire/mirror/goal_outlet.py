@@ -9,6 +9,7 @@ its token goes, its goals are canceled. A goal of a ROS 2 client outlives it, as
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from busflow.actions.names import SEND_GOAL
@@ -31,10 +32,10 @@ MOST_REMARK_BYTES = 2000
 class GoalOutlet(ServiceOutlet):
     """Passes requests of an action's service to the local server; an answer may have a remark."""
 
-    def __init__(self, service: Service[Any, Any], key: str, connection: Connection, *, caller: str) -> None:
+    def __init__(self, service: Service[Any, Any], keys: Iterable[str], connection: Connection, *, caller: str) -> None:
         """Start to answer; `caller` is the name of clients that state no gid."""
         self._service, self._caller = service, caller
-        super().__init__(service.name, service.type, self._unused, key, connection)
+        super().__init__(service.name, service.type, self._unused, keys, connection)
 
     async def _unused(self, _request: object) -> Message:
         raise NotImplementedError  # `_ask` is called in its place

@@ -96,7 +96,8 @@ class Inlet:
         self._feeder: asyncio.Task[None] | None = None
         session, support = connection.session, self._support
         self._session = str(session.info.zid())
-        key = connection.key(topic.name, support)
+        # Nodes of ROS 2 Humble have no hash in their keys. What comes under another hash is of a refused publisher.
+        key = connection.key(topic.name, support, "*" if connection.describes_types else "")
         kept = [each.endpoint.qos for each in topic.subscriptions]
         latched = max((qos.depth for qos in kept if qos.latched), default=0)
         depth = _ring(topic, support)

@@ -40,7 +40,7 @@ from busflow.wire.queries.queries import Questions
 from busflow.wire.queries.server import Question, QuestionServer
 from busflow.wire.shared_memory.arena import Arenas
 from busflow.wire.shared_memory.neighbours import MemoryNeighbours
-from busflow.wire.zenoh.keys import GRAPH, Token, TokenKind, split_name
+from busflow.wire.zenoh.keys import GRAPH, HUMBLE, Token, TokenKind, split_name
 from busflow.wire.zenoh.qos_text import from_text, to_text
 from busflow.wire.zenoh.sender import SenderThread
 from busflow.wire.zenoh.session import links_of
@@ -82,7 +82,7 @@ class Mirror:
         self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # 0: a `LogBook` keeps the log's lines
         self._supports = cache(TypeSupport)
         sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
-        arenas, neighbours = Arenas(), MemoryNeighbours(session, self._on_loop, self._share, self._log)
+        arenas, neighbours = Arenas(), MemoryNeighbours(session, self._on_loop, self._suit_receivers, self._log)
         self._connection = Connection(
             *(graph.bus, session, self._supports, sender, replier, self._log, arenas, neighbours, self._on_loop),
             domain=card.domain,
@@ -230,7 +230,7 @@ class Mirror:
                 self._outlets[end] = Outlet(
                     end, token, self._connection, expected=expected, on_open=self._presence.notify
                 )
-                self._share(end.topic)
+                self._suit_receivers(end.topic)
             else:
                 self._outlets[end] = outlet = self._outlets.pop(former)
                 outlet.follow(end)
@@ -312,7 +312,7 @@ class Mirror:
             self._presence.note(text, token, alive=alive)
             if token.kind is TokenKind.SUBSCRIPTION:
                 self._expect(token.topic, has_come=alive)
-                self._share(token.topic)
+                self._suit_receivers(token.topic)
 
     def _expect(self, topic: str, *, has_come: bool) -> None:
         """Make a topic's publishers hold messages for a new remote subscription, or no more after the last one."""
@@ -323,11 +323,17 @@ class Mirror:
             if (outlet := self._outlets.get(cast("Publisher[Any]", end))) is not None:
                 outlet.expect(depth)
 
-    def _share(self, topic: str | None = None) -> None:
-        """Let the publishers of a topic, or of all topics, use shared memory if all its receivers can read that."""
+    def _suit_receivers(self, topic: str | None = None) -> None:
+        """Let the publishers of a topic, or of all topics, send in those ways that suit its receivers.
+
+        They use shared memory if all can read that, and the keys of ROS 2 Humble if one is of it.
+        """
         for end, outlet in self._outlets.items():
             if topic in (None, end.topic):
-                outlet.share(self._connection.neighbours.all_or_none(self._presence.receivers(end.topic)))
+                receivers = self._presence.receivers(end.topic)
+                outlet.share(self._connection.neighbours.all_or_none({each.session for each in receivers}))
+                type_name = self._supports(end.type).name
+                outlet.reach_humble(is_there=any(each.has_type(type_name, HUMBLE) for each in receivers))
 
     def _handle(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is TokenKind.SERVICE:
@@ -399,9 +405,9 @@ class Presence:
         """Return the depth of the deepest subscription to a topic; 0 without any."""
         return max(self._depths.get(topic, {}).values(), default=0)
 
-    def receivers(self, topic: str) -> set[str]:
-        """Return the sessions with a subscription to a topic."""
-        return {self.tokens[text].session for text in self._depths.get(topic, ())}
+    def receivers(self, topic: str) -> list[Token]:
+        """Return the subscriptions to a topic."""
+        return [self.tokens[text] for text in self._depths.get(topic, ())]
 
     def notify(self) -> None:
         """Call the listeners."""

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 import zenoh.ext
 
+from busflow.bus.expiry import fresh
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Reliability
 from busflow.bus.statistics import EARLY, UNSENT
@@ -21,7 +23,7 @@ from busflow.interfaces.message import Message
 from busflow.wire.mirror.burst import BurstSender
 from busflow.wire.mirror.held_messages import HeldMessages
 from busflow.wire.shared_memory.writer import MemoryWriter
-from busflow.wire.zenoh.keys import Token, attachment_bytes, burst_key, memory_key
+from busflow.wire.zenoh.keys import HUMBLE, Token, attachment_bytes, burst_key, memory_key
 from busflow.wire.zenoh.sender import LARGE, LARGEST
 
 if TYPE_CHECKING:
@@ -67,6 +69,8 @@ class Outlet:
     _places: zenoh.Publisher | None
     """Sends the places of messages in shared memory."""
     _burst_publisher: zenoh.Publisher | None
+    _humble: _ZenohPublisher | None
+    """Sends each message once more while a node of ROS 2 Humble subscribes, whose keys have no hash of the type."""
 
     def __init__(
         self,
@@ -104,7 +108,7 @@ class Outlet:
         self._encode_in_pieces: Callable[[Message], list[Any]] | None = None
         """Set with the first large message, if the type has arrays and the publisher keeps none of its messages."""
         self._memory = MemoryWriter(connection.arenas)
-        self._places = self._burst_publisher = None
+        self._places = self._burst_publisher = self._humble = None
         if latched:
             self._zenoh_publisher = _latched(session, self._key, publisher, support)
             self._limit = 0 if support.is_bulky else LARGE
@@ -130,9 +134,8 @@ class Outlet:
 
     def check_subscribers(self) -> None:
         """Ask Zenoh whether another process subscribes, because its notification may come later."""
-        zenoh_publisher: Any = self._zenoh_publisher
-        if zenoh_publisher is not None and not self._wanted:
-            self._set_wanted(zenoh_publisher.matching_status.matching)
+        if self._zenoh_publisher is not None and not self._wanted:
+            self._set_wanted(self._is_matched())
 
     def expect(self, depth: int) -> None:
         """Hold the next messages for new subscriptions, the deepest of this depth; hold none if it is 0.
@@ -147,6 +150,20 @@ class Outlet:
         """Use shared memory for large messages from now on, and bursts for small ones; without sessions, neither."""
         self._memory.share(sessions)
         self._bursts.is_allowed = bool(sessions) and not self._publisher.endpoint.qos.latched
+
+    def reach_humble(self, *, is_there: bool) -> None:
+        """Send each message under the key of ROS 2 Humble too while nodes of it subscribe; what is kept goes first."""
+        if self._closed or is_there is (self._humble is not None):
+            return
+        self._humble = None
+        if is_there:
+            session, key = self._connection.session, self._connection.key(self._publisher.topic, self._support, HUMBLE)
+            if self._publisher.endpoint.qos.latched:
+                self._humble = _latched(session, key, self._publisher, self._support)
+                self._send_kept()
+            else:
+                self._humble = _plain(session, key, self._publisher, zenoh.Priority.DATA_LOW)
+        self._set_wanted(self._is_matched())
 
     def follow(self, publisher: Publisher[Any]) -> None:
         """Send the messages of this publisher, which replaces the former one after a restart of its node."""
@@ -168,7 +185,7 @@ class Outlet:
         # The end of the references undeclares the Zenoh publishers without the interpreter's lock. `undeclare` of one
         # that keeps its messages holds the lock while it waits for a thread of Zenoh. If that thread needs the lock to
         # report listeners, both wait for ten seconds.
-        self._zenoh_publisher = self._places = self._burst_publisher = None
+        self._zenoh_publisher = self._places = self._burst_publisher = self._humble = None
         self._zenoh_publishers.clear()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
@@ -177,12 +194,17 @@ class Outlet:
 
         zenoh_publisher: Any = self._zenoh_publisher
         self._matching = zenoh_publisher.declare_matching_listener(zenoh.handlers.Callback(on_match, indirect=False))
-        self._set_wanted(zenoh_publisher.matching_status.matching)
+        self._set_wanted(self._is_matched())
+
+    def _is_matched(self) -> bool:
+        """Return whether another process subscribes; what is kept is sent in any case."""
+        zenoh_publisher: Any = self._zenoh_publisher
+        return self._publisher.endpoint.qos.latched or zenoh_publisher.matching_status.matching
 
     def _set_wanted(self, wanted: bool) -> None:
         if self._closed:
             return
-        self._wanted = wanted
+        self._wanted = wanted = wanted or self._humble is not None
         if wanted and self._held is None and not self._is_new:
             self._room = 0
         self._install()
@@ -245,6 +267,8 @@ class Outlet:
 
     def _pass_on(self, payload: bytes | _Pieces, attachment: bytes, now_ns: int) -> None:
         self.sent += 1
+        if self._humble is not None:
+            self._pass_to_humble(payload if isinstance(payload, bytes) else payload.joined, attachment)
         if isinstance(payload, _Pieces):
             if self._sender.is_idle and self._memory.is_ready(payload.size):  # nothing to wait for or to overtake
                 self._put_pieces(payload, attachment)
@@ -256,6 +280,19 @@ class Outlet:
             self._bursts.flush()
             self._use_lower_priority()
             self._sender.hand(partial(self._put, payload, attachment), len(payload))
+
+    def _pass_to_humble(self, payload: bytes, attachment: bytes) -> None:
+        """Send a message of any size in the sender's thread, so that kept and new ones stay in order."""
+        self._sender.hand(partial(self._put_by, self._humble, payload, attachment), len(payload))
+
+    def _send_kept(self) -> None:
+        """Send the messages that the publisher keeps, with their numbers, to nodes of Humble."""
+        kept = [fresh(item, self._clock) for _, item in self._publisher.history]
+        for number, message in enumerate(kept, self._publisher.published - len(kept) + 1):
+            if message is not None:
+                with suppress(MalformedMessage):  # it could not be sent before either
+                    attachment = attachment_bytes(number, self._clock.now_ns(), self._gid)
+                    self._pass_to_humble(self._support.encode(message), attachment)
 
     def _use_lower_priority(self) -> None:
         """Change to the lower priority with the first large message, unless a transient_local type has decided it."""

@@ -15,7 +15,7 @@ from busflow.bus.subscription import Subscription
 from busflow.errors import BusflowError
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.inlet import Inlet, remote_endpoint
-from busflow.wire.zenoh.keys import HUMBLE, Token, TokenKind
+from busflow.wire.zenoh.keys import Token, TokenKind
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
@@ -55,12 +55,15 @@ class RemotePublishers:
     def serve(self, subscription: Subscription[Any], former: Subscription[Any] | None) -> None:
         """Connect a new subscription with the compatible publishers of its topic, and exclude the others.
 
-        After a restart of its node it has the place, the queue and the messages of its predecessor, `former`.
+        After a restart of its node it has the place, the queue and the messages of its predecessor, `former`. With
+        nodes of ROS 2 the topic is received from now on: `ros2 topic pub --once` publishes as soon as it sees this.
         """
         if (arrivals := self._arrivals.get(subscription.topic)) is not None:
             arrivals.add(subscription, former, self._bus.topics[subscription.topic].subscriptions)
         for token in self._known_on(subscription.topic):
             self._consider(token)
+        if self._connection.describes_types:
+            self._inlet(self._bus.topics[subscription.topic])
         inlet = self._inlets.get(subscription.topic)
         if former is None and inlet is not None:
             inlet.serve(subscription)
@@ -105,9 +108,7 @@ class RemotePublishers:
             BusflowError: it does not fit.
         """
         support = self._connection.supports(topic.type)
-        if (token.type, token.hash) != (support.name, support.type_hash):
-            if token.hash == HUMBLE:
-                raise BusflowError("it is of ROS 2 Humble, whose messages have keys without a hash of their type")
+        if not token.has_type(support.name, support.type_hash):
             if token.type == support.name:
                 raise BusflowError(f"it publishes another definition of {token.type}; busflow doctor compares both")
             raise BusflowError(f"it publishes {token.type}, not {support.name}")
@@ -142,5 +143,5 @@ class RemotePublishers:
 
     def _close_if_unused(self, topic: str) -> None:
         inlet = self._inlets.get(topic)
-        if inlet is not None and inlet.is_unused:
+        if inlet is not None and inlet.is_unused and not self._connection.describes_types:
             self._inlets.pop(topic).close()

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -39,10 +39,10 @@ class ServiceOutlet:
         name: str,
         service_type: type[ServiceType],
         answer: Callable[[Any], Awaitable[Message]],
-        key: str,
+        keys: Iterable[str],
         connection: Connection,
     ) -> None:
-        """Start to answer."""
+        """Start to answer the requests under these keys."""
         self._name, self._answer, self._sender = name, answer, connection.replier
         self._request, self._response = map(connection.supports, (service_type.Request, service_type.Response))
         self._tasks: set[asyncio.Task[None]] = set()
@@ -54,13 +54,13 @@ class ServiceOutlet:
             else:
                 query.drop()  # so its client gets no answer, as from a server that has gone
 
-        self._queryable = connection.session.declare_queryable(
-            key, zenoh.handlers.Callback(on_query, indirect=False), complete=True
-        )
+        callback: Any = zenoh.handlers.Callback(on_query, indirect=False)
+        self._queryables = [connection.session.declare_queryable(key, callback, complete=True) for key in keys]
 
     def close(self) -> None:
         """Stop answering; waiting clients get an error."""
-        self._queryable.undeclare()
+        for queryable in self._queryables:
+            queryable.undeclare()
         for task in self._tasks:
             task.cancel()
 

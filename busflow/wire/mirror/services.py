@@ -23,7 +23,7 @@ from busflow.wire.mirror.service_inlet import RemoteServer
 from busflow.wire.mirror.service_outlet import ServiceOutlet
 from busflow.wire.queries.logger_services import LoggerServices
 from busflow.wire.queries.parameter_services import ParameterServices
-from busflow.wire.zenoh.keys import Token, TokenKind
+from busflow.wire.zenoh.keys import HUMBLE, Token, TokenKind
 
 if TYPE_CHECKING:
     from busflow.bus.services.service import Service
@@ -125,11 +125,11 @@ class ServiceMirror:
         if service is None or not service.clients or service.server is not None:
             return
         support = self._supports(service.type)
-        if (token.type, token.hash) != (support.name, support.type_hash):
+        if not token.has_type(support.name, support.type_hash):
             self._warn_of_type(token, support.name)
             return
         try:
-            key, gid = self._key(service.name, service.type), self._gids[service.name]
+            key, gid = self._connection.key(service.name, support, token.hash), self._gids[service.name]
             self._servers[str(token)] = RemoteServer(service, token, key, self._connection, gid=gid)
         except BusflowError as error:
             self._log.warning(f"{token.node_name} in another process is not called for {service.name}: {error}")
@@ -153,15 +153,20 @@ class ServiceMirror:
     def _outlet_of(self, service: Service[Any, Any]) -> ServiceOutlet:
         if action_of(service.name) is None:
             return self._outlet(service.name, service.type, partial(service.call, caller=CALLER))
-        return GoalOutlet(service, self._key(service.name, service.type), self._connection, caller=CALLER)
+        return GoalOutlet(service, self._keys(service.name, service.type), self._connection, caller=CALLER)
 
     def _outlet(
         self, name: str, service_type: type[ServiceType], answer: Callable[[Any], Awaitable[Message]]
     ) -> ServiceOutlet:
-        return ServiceOutlet(name, service_type, answer, self._key(name, service_type), self._connection)
+        return ServiceOutlet(name, service_type, answer, self._keys(name, service_type), self._connection)
 
-    def _key(self, service: str, service_type: type[ServiceType]) -> str:
-        return self._connection.key(service, self._supports(service_type))
+    def _keys(self, service: str, service_type: type[ServiceType]) -> list[str]:
+        """Return the keys of a service's requests: with nodes of ROS 2 also Humble's.
+
+        A node of Humble may call as soon as it sees the server, so that key cannot wait until one is there.
+        """
+        hashes = ("", HUMBLE) if self._connection.describes_types else ("",)
+        return [self._connection.key(service, self._supports(service_type), each) for each in hashes]
 
 
 _QOS = "::,10:,:,:,,"

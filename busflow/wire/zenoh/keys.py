@@ -43,7 +43,7 @@ GID_AT = 17
 """Offset of the gid in an attachment; the gid is its last field."""
 _NO_HASH = "RIHS01_" + "0" * 64
 HUMBLE = "TypeHashNotSupported"
-"""What ROS 2 Humble, which has no hashes of types, writes in place of one, in keys too."""
+"""What `rmw_zenoh` 0.1 of ROS 2 Humble, which has no hashes of types, writes in place of one, in keys too."""
 _MOST_CHARACTERS = 255
 """Length of the longest name of a topic, type or node in DDS, and so in ROS 2. The time to match grows with it."""
 
@@ -93,7 +93,11 @@ class Token:
     @property
     def known_hash(self) -> str | None:
         """The hash of its type; None if the token has none."""
-        return None if self.hash in ("", _NO_HASH) else self.hash
+        return None if self.hash in ("", _NO_HASH, HUMBLE) else self.hash
+
+    def has_type(self, name: str, type_hash: str) -> bool:
+        """Return whether the endpoint is of this type; where ROS 2 Humble states no hash, the name decides."""
+        return self.type == name and self.hash in (type_hash, HUMBLE)
 
     def __str__(self) -> str:
         fields = [str(self.domain), self.session, str(self.node_id), str(self.entity_id), self.kind.value]

@@ -50,6 +50,8 @@ def test_conflicting_types_and_definitions_name_their_nodes():
         [token(TokenKind.PUBLISHER, "source", "/x"), token(TokenKind.SUBSCRIPTION, "sink", "/x", hash_="RIHS01_2")]
     )
     assert problem.message == f"/x carries 2 definitions of {FLOAT} (/source) and {FLOAT} (/sink)"
+    humble = token(TokenKind.SUBSCRIPTION, "sink", "/x", hash_="TypeHashNotSupported")
+    assert found([token(TokenKind.PUBLISHER, "source", "/x"), humble]) == []
 
 
 def test_unfit_pair_is_found_in_other_processes():
