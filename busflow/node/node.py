@@ -182,7 +182,8 @@ class Node(_RclpyNames):
     async def run_sync(self, function: Callable[[Unpack[Ts]], T], *args: *Ts) -> T:
         """Call a blocking function in a worker thread; when the node stops, the call is no longer waited for."""
         if iscoroutinefunction(function):
-            raise InvalidDeclaration(f"self.run_sync takes a plain function; await {function!r} itself")
+            name = getattr(function, "__name__", "…")  # functools.partial has none
+            raise InvalidDeclaration(f"self.run_sync takes a plain function: write await self.{name}()")
         return await anyio.to_thread.run_sync(function, *args, abandon_on_cancel=True)
 
     # What a subclass may define.
