@@ -121,3 +121,15 @@ async def has_come(session: Any, node: str) -> bool:
         await seen.wait()
     subscriber.undeclare()
     return True
+
+
+def to_loop(queue: asyncio.Queue[Any]) -> Callable[[Any], None]:
+    """A function for Zenoh's threads that puts samples into a queue of the loop."""
+    loop = asyncio.get_running_loop()
+    return lambda sample: loop.call_soon_threadsafe(queue.put_nowait, sample)
+
+
+async def in_thread(act: Callable[[], Any]) -> Any:
+    """What a function returns that waits for the run, whose loop has to go on."""
+    async with asyncio.timeout(PATIENCE_S):
+        return await asyncio.to_thread(act)

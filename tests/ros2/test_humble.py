@@ -6,40 +6,33 @@ from typing import Any
 
 import pytest
 
-from busflow import Durability, Node, Parameters, QoS, client, launch, publisher, service, subscription
+from busflow import client, launch, publisher, service
 from busflow.cli import main
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.example_interfaces import AddTwoInts
 from busflow.msgs.rcl_interfaces import GetParameters, Log
 from busflow.msgs.std_msgs import Int64, String
 from busflow.msgs.std_srvs import SetBool
+from tests.ros2 import receiving_robot
 from tests.ros2.rmw_node import LATCHED, RmwNode
-from tests.ros2.sessions import PATIENCE_S, arrived, free_port, rmw_session, ros2_at, until, until_arrived
-from tests.ros2.test_rmw_node import in_thread, to_loop
+from tests.ros2.sessions import (
+    PATIENCE_S,
+    arrived,
+    free_port,
+    in_thread,
+    rmw_session,
+    ros2_at,
+    to_loop,
+    until,
+    until_arrived,
+)
 
-KEPT = QoS(depth=5, durability=Durability.TRANSIENT_LOCAL)
 STRING, INT64, LOG, ADD, SWITCH = map(TypeSupport, (String, Int64, Log, AddTwoInts, SetBool))
 
 
-class Robot(Node):
-    class Parameters(Parameters):
-        gain: float = 0.5
-
-    parameters: Parameters
-    map = publisher(Int64, "/map", qos=KEPT)
+class Robot(receiving_robot.Robot):
     talk = publisher(String, "/talk")
     switch = client(SetBool, "/switch")
-
-    async def start(self) -> None:
-        self.arrived: asyncio.Queue[Any] = asyncio.Queue()
-
-    @subscription("/plan", qos=KEPT)
-    async def on_plan(self, plan: Int64) -> None:
-        await self.arrived.put(plan.data)
-
-    @subscription("/words")
-    async def on_words(self, words: String) -> None:
-        await self.arrived.put(words.data)
 
     @service(AddTwoInts, "/add")
     def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:

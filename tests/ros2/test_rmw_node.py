@@ -2,53 +2,29 @@
 
 import asyncio
 import threading
-from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any
 
 import pytest
 import xxhash
 
-from busflow import Durability, Node, Parameters, QoS, launch, publisher, subscription
+from busflow import launch
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.rcl_interfaces import GetParameters, Log, SetParameters
 from busflow.msgs.std_msgs import Int64, String
+from tests.ros2.receiving_robot import Robot
 from tests.ros2.rmw_node import LATCHED, RmwNode
-from tests.ros2.sessions import PATIENCE_S, arrived, free_port, rmw_session, ros2_at, until, until_arrived
+from tests.ros2.sessions import (
+    arrived,
+    free_port,
+    in_thread,
+    rmw_session,
+    ros2_at,
+    to_loop,
+    until,
+    until_arrived,
+)
 
-KEPT = QoS(depth=5, durability=Durability.TRANSIENT_LOCAL)
 STRING, INT64, LOG = TypeSupport(String), TypeSupport(Int64), TypeSupport(Log)
-
-
-class Robot(Node):
-    class Parameters(Parameters):
-        gain: float = 0.5
-
-    parameters: Parameters
-    map = publisher(Int64, "map", qos=KEPT)
-
-    async def start(self) -> None:
-        self.arrived: asyncio.Queue[Any] = asyncio.Queue()
-
-    @subscription("/plan", qos=KEPT)
-    async def on_plan(self, plan: Int64) -> None:
-        await self.arrived.put(plan.data)
-
-    @subscription("/words")
-    async def on_words(self, words: String) -> None:
-        await self.arrived.put(words.data)
-
-
-def to_loop(queue: asyncio.Queue[Any]) -> Callable[[Any], None]:
-    """A function for Zenoh's threads that puts samples into a queue of the loop."""
-    loop = asyncio.get_running_loop()
-    return lambda sample: loop.call_soon_threadsafe(queue.put_nowait, sample)
-
-
-async def in_thread(act: Callable[[], Any]) -> Any:
-    """What a function returns that waits for the run, whose loop has to go on."""
-    async with asyncio.timeout(PATIENCE_S):
-        return await asyncio.to_thread(act)
 
 
 @pytest.mark.asyncio
