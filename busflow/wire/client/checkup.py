@@ -99,9 +99,9 @@ def _namesakes(tokens: Sequence[Token]) -> Iterator[Problem]:
 
 def _type_conflicts(graph: GraphView) -> Iterator[Problem]:
     for topic in (each for each in graph.topics.values() if len(each.kinds) > 1):
-        users: defaultdict[tuple[str, str | None], list[str]] = defaultdict(list)
+        users: dict[tuple[str, str | None], list[str]] = {kind: [] for kind in topic.kinds}
         for end in (*topic.publishers, *topic.subscriptions):
-            if (kind := (end.token.type, end.token.known_hash)) in topic.kinds:
+            if (kind := (end.token.type, end.token.known_hash)) in users:
                 users[kind].append(end.node)
         listed = [f"{type_} ({', '.join(dict.fromkeys(nodes))})" for (type_, _), nodes in users.items()]
         if len(topic.types) > 1:
