@@ -340,28 +340,28 @@ class Inlet:
 
     def _publisher_of(self, attachment: bytes) -> Publisher[Any] | None:
         """Return a message's publisher, or any if its gid is unknown; None if the message is not to be published."""
-        known = decoded = None
+        known = stated = None
         if attachment:
-            decoded = Attachment.decode(attachment)
-            if decoded.gid in self._ignored:
+            stated = Attachment.decode(attachment)
+            if stated.gid in self._ignored:
                 self.losses["incompatible"] += 1
                 return None
-            known = self._publishers.get(decoded.gid)
+            known = self._publishers.get(stated.gid)
             keeps = known is not None and known.endpoint.qos.latched
-            if keeps and decoded.sequence > 1 and decoded.gid not in self._arrivals.last:
+            if keeps and stated.sequence > 1 and stated.gid not in self._arrivals.last:
                 # What it keeps is not here: it was asked before the way to it was known.
-                self._late_joiners.ask_again(decoded.gid)
-            if not self._arrivals.note(decoded.gid, decoded.sequence, ordered=keeps):
+                self._late_joiners.ask_again(stated.gid)
+            if not self._arrivals.note(stated.gid, stated.sequence, ordered=keeps):
                 return None
         found = known or next(iter(self._publishers.values()), None)
         if found is None:
             self.losses["unsigned"] += 1
-        elif decoded is not None:
-            if has_expired(found, decoded, self._bus.clock):
+        elif stated is not None:
+            if has_expired(found, stated, self._bus.clock):
                 self.losses["expired"] += 1
                 return None
-            if decoded.gid in self._arrivals.last:  # else `_arrivals` has reached its limit of senders
-                self._late_joiners.note(decoded.gid, decoded.sequence)
+            if stated.gid in self._arrivals.last:  # else `_arrivals` has reached its limit of senders
+                self._late_joiners.note(stated.gid, stated.sequence)
         return found
 
 
