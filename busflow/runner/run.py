@@ -27,7 +27,7 @@ def run_graph(
     *,
     for_s: float | None = None,
     loop_factory: LoopFactory = new_event_loop,
-    last_act: Callable[[ExitCode], object] | None = None,
+    last_act: Callable[[ExitCode], object] = lambda _code: None,
 ) -> ExitCode:
     """Run a graph with signals, for a time if one is given; once it has started, its garbage is collected in steps.
 
@@ -49,7 +49,7 @@ def run_graph(
         await graph.wait()
 
     guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=_AROUND_S + graph.end_s)
-    guard.last_act = last_act or guard.last_act
+    guard.last_act = last_act
     with (
         guard,
         unawaited_logged(graph.log),

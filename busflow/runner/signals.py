@@ -209,10 +209,11 @@ class SignalGuard:
 
     def _is_new(self, number: int) -> bool:
         """Return whether a signal is more than the first one once again."""
-        now_s = monotonic()
-        first = self._first
-        self._first = first or (number, now_s)
-        return first is None or number != first[0] or now_s - first[1] >= _ECHO_S
+        if self._first is None:
+            self._first = number, monotonic()
+            return True
+        first, received_s = self._first
+        return number != first or monotonic() - received_s >= _ECHO_S
 
     def _forward_to_loop(self, received: bytes) -> None:
         """Forward received bytes to the event loop; no bytes close its descriptor."""
