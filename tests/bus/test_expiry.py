@@ -6,8 +6,8 @@ from collections import deque
 
 import pytest
 
-from busflow.bus.expiry import NS_PER_S, Perishable, SilenceTimer, expire, fresh, message_of, next_expiry_ns
-from busflow.clock import SimClock
+from busflow.bus.expiry import Perishable, SilenceTimer, expire, fresh, message_of, next_expiry_ns
+from busflow.clock import NS_PER_S, SimClock
 from busflow.testing import virtual_time
 
 

@@ -19,7 +19,7 @@ from busflow.cli.terminal.one_line import python_form
 from busflow.cli.terminal.output import print_line, print_message
 from busflow.cli.topic.message_lines import MessageLines
 from busflow.cli.topic.typed_values import TypedValues
-from busflow.clock import SystemClock
+from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import counted, did_you_mean, printable
 from busflow.wire.client.known_type import known_type
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 _LOOK_S = 1.0
 """The interval at which to print that subscriptions are missing, and to check that the run is alive."""
-_NS_PER_S = 1_000_000_000
 
 
 class Publishing:
@@ -107,7 +106,7 @@ class Publishing:
                     return ExitCode.OK
                 if rate is not None:
                     late_ns = max(0, self._clock.monotonic_ns() - due_ns) if self._is_stream else 0
-                    due_ns += late_ns + round(_NS_PER_S / rate)  # a stream that was silent does not catch up
+                    due_ns += late_ns + round(NS_PER_S / rate)  # a stream that was silent does not catch up
                 self._pause_until(due_ns)
         return ExitCode.OK
 
@@ -115,13 +114,13 @@ class Publishing:
         """Wait, and check once a second that the run is alive."""
         while True:
             now_ns = self._clock.monotonic_ns()
-            if now_ns - self._looked_ns > _LOOK_S * _NS_PER_S:
+            if now_ns - self._looked_ns > _LOOK_S * NS_PER_S:
                 self._looked_ns = now_ns
                 self._peer.require_run()
                 self._warn_misfits(self._subscriptions())
             if now_ns >= due_ns:
                 return
-            self._pause.wait(min((due_ns - now_ns) / _NS_PER_S, _LOOK_S))
+            self._pause.wait(min((due_ns - now_ns) / NS_PER_S, _LOOK_S))
 
     def _publish(self, speaker: Speaker, typed: TypedValues) -> None:
         values = typed.at(self._clock.now().nanoseconds)
@@ -139,7 +138,7 @@ class Publishing:
         speaker = self._advertised(ends)
         began_ns, announced = self._clock.monotonic_ns(), False
         while matches:
-            left_s = patience_s - (self._clock.monotonic_ns() - began_ns) / _NS_PER_S
+            left_s = patience_s - (self._clock.monotonic_ns() - began_ns) / NS_PER_S
             there = self._subscriptions()
             enough = sum(each.has_type(self._type.name, self._type.type_hash) for each in there) >= matches
             if enough and (qos := self._offer.text(there)) != self._qos:  # those that have come ask for more

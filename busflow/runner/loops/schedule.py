@@ -19,8 +19,8 @@ from busflow.bus.dispatcher import Runnable
 from busflow.bus.services.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
+from busflow.clock import NS_PER_S
 
-NS_PER_S = 1_000_000_000
 _REST_EVERY = 4  # turns, on average, after which the dispatcher lets others go first
 
 

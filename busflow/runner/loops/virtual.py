@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from contextvars import Context
 from typing import Any, TypeAlias, TypeVar, TypeVarTuple, Unpack
 
-from busflow.clock import perf_counter
+from busflow.clock import NS_PER_S, perf_counter
 from busflow.errors import Deadlock
 from busflow.runner.loops.endless_calls import EndlessCalls
 from busflow.runner.loops.schedule import AnyOrder, Schedule
@@ -30,7 +30,6 @@ T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 Events: TypeAlias = list[tuple[selectors.SelectorKey, int]]
 
-NS_PER_S = 1_000_000_000
 HORIZON_S = 86_400.0
 """The default end of virtual time in a test: without one, a test with periodic timers could wait in vain for ever."""
 _TURNS = 1_000_000
