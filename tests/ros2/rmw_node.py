@@ -6,7 +6,8 @@ Nothing here is of busflow: names, tokens, gids and attachments are written out,
 import struct
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from itertools import count
 from typing import Any
 
@@ -57,30 +58,39 @@ class RmwNode:
             assert self.changed.wait_for(found, patience_s), (parts, [k for k, alive in self.graph.items() if alive])
             return found()[0]
 
-    def end(self, kind: str, name: str, type_: str, type_hash: str, qos: str) -> tuple[str, bytes]:
-        """Show an endpoint; return the key of its topic or service, and its gid."""
+    @contextmanager
+    def endpoint(self, kind: str, name: str, type_: str, type_hash: str, qos: str) -> Generator[tuple[str, bytes]]:
+        """The key of an endpoint's topic or service, and its gid; declared within, it is shown after that.
+
+        In this order `rmw_zenoh` does it (`rmw_service_data.cpp`): who sees a server may call it at once.
+        """
         type_hash = "TypeHashNotSupported" if self.humble else type_hash
         package, group, short = type_.split("/")
         dds = f"{package}::{group}::dds_::{short}_"
         rest = f"0/{next(self.ids)}/{kind}/%/%/{self.name}/{name.replace('/', '%')}/{dds}/{type_hash}/{qos}"
-        self.kept.append(self.token(rest))
         gid = xxhash.xxh3_128_digest(f"@ros2_lv/{self.domain}/{self.zid}/{rest}".encode())[::-1]
-        return f"{self.domain}/{name.strip('/')}/{dds}/{type_hash}", gid
+        yield f"{self.domain}/{name.strip('/')}/{dds}/{type_hash}", gid
+        self.kept.append(self.token(rest))
+
+    def end(self, kind: str, name: str, type_: str, type_hash: str, qos: str) -> tuple[str, bytes]:
+        """Show an endpoint for which nothing is declared; return the key of its topic or service, and its gid."""
+        with self.endpoint(kind, name, type_, type_hash, qos) as shown:
+            return shown
 
     def publisher(self, topic: str, support: Any, qos: str = RELIABLE) -> Callable[..., None]:
         """A publisher; what is returned publishes bytes."""
-        key, gid = self.end("MP", topic, support.name, support.type_hash, qos)
-        if (depth := latched_depth(qos)) is not None:
-            way: Any = zenoh.ext.declare_advanced_publisher(
-                self.session,
-                key,
-                cache=zenoh.ext.CacheConfig(max_samples=depth),
-                publisher_detection=True,
-                sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5),
-            )
-        else:
-            way = self.session.declare_publisher(key)
-        self.kept.append(way)
+        with self.endpoint("MP", topic, support.name, support.type_hash, qos) as (key, gid):
+            if (depth := latched_depth(qos)) is not None:
+                way: Any = zenoh.ext.declare_advanced_publisher(
+                    self.session,
+                    key,
+                    cache=zenoh.ext.CacheConfig(max_samples=depth),
+                    publisher_detection=True,
+                    sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5),
+                )
+            else:
+                way = self.session.declare_publisher(key)
+            self.kept.append(way)
         numbers = count(1)
 
         def publish(payload: bytes) -> None:
@@ -89,16 +99,16 @@ class RmwNode:
         return publish
 
     def subscription(self, topic: str, support: Any, on_sample: Callable[[Any], None], qos: str = RELIABLE) -> None:
-        key, _ = self.end("MS", topic, support.name, support.type_hash, qos)
-        if (depth := latched_depth(qos)) is not None:
-            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
-            recovery = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
-            way: Any = zenoh.ext.declare_advanced_subscriber(
-                self.session, key, on_sample, history=history, recovery=recovery
-            )
-        else:
-            way = self.session.declare_subscriber(key, on_sample)
-        self.kept.append(way)
+        with self.endpoint("MS", topic, support.name, support.type_hash, qos) as (key, _):
+            if (depth := latched_depth(qos)) is not None:
+                history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
+                recovery = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
+                way: Any = zenoh.ext.declare_advanced_subscriber(
+                    self.session, key, on_sample, history=history, recovery=recovery
+                )
+            else:
+                way = self.session.declare_subscriber(key, on_sample)
+            self.kept.append(way)
 
     def server(self, name: str, support: Any, answer: Callable[[bytes], bytes]) -> None:
         """A server that answers each request at once."""
@@ -108,20 +118,20 @@ class RmwNode:
         self, name: str, support: Any, on_request: Callable[[bytes, Callable[[bytes], None]], None]
     ) -> None:
         """A server that gets each request with a function that answers it, now or later."""
-        key, _ = self.end("SS", name, support.name, support.type_hash, RELIABLE)
+        with self.endpoint("SS", name, support.name, support.type_hash, RELIABLE) as (key, _):
 
-        def on_query(query: Any) -> None:
-            number, _, length = struct.unpack_from("<qqB", query.attachment.to_bytes())
-            assert length == 16
-            attachment = struct.pack("<qqB", number, time.time_ns(), 16) + query.attachment.to_bytes()[17:33]
+            def on_query(query: Any) -> None:
+                number, _, length = struct.unpack_from("<qqB", query.attachment.to_bytes())
+                assert length == 16
+                attachment = struct.pack("<qqB", number, time.time_ns(), 16) + query.attachment.to_bytes()[17:33]
 
-            def reply(payload: bytes) -> None:
-                query.reply(key, payload, attachment=attachment)
-                query.drop()
+                def reply(payload: bytes) -> None:
+                    query.reply(key, payload, attachment=attachment)
+                    query.drop()
 
-            on_request(query.payload.to_bytes(), reply)
+                on_request(query.payload.to_bytes(), reply)
 
-        self.kept.append(self.session.declare_queryable(key, on_query, complete=True))
+            self.kept.append(self.session.declare_queryable(key, on_query, complete=True))
 
     def client(self, name: str, support: Any) -> Callable[[bytes], tuple[bytes, int, bytes]]:
         """A client; what is returned calls the service, and returns the answer with the number and gid that came with
