@@ -130,9 +130,19 @@ def test_all_goals_are_canceled_together(serving: Any, page: Page):
 
 
 def test_a_goal_beyond_its_limit_is_canceled(page: Page):
-    goal_id = begun(page, limit_s=0.05)
-    assert end_of(page)["error"] == "the goal did not end within 0.05 s; it is canceled"
-    wait_for_state(page, goal_id, GoalState.CANCELED)
+    page.send("busflow/ask", id=900, question="send_goal",
+              arguments={"action": ACTION, "goal": written(0), "limit_s": 0.05})  # fmt: skip
+    found: dict[str, Any] = {}
+
+    def are_both_there(frame: dict[str, Any]) -> bool:
+        """In either order: on a busy machine the limit is over before the goal is accepted."""
+        if frame["op"] in ("busflow/part", "busflow/answer") and frame["id"] == 900:
+            found[frame["op"]] = frame
+        return len(found) == 2
+
+    page.until(are_both_there)
+    assert found["busflow/answer"]["error"] == "the goal did not end within 0.05 s; it is canceled"
+    wait_for_state(page, found["busflow/part"]["part"]["id"], GoalState.CANCELED)
 
 
 def test_a_page_that_goes_leaves_no_goal(serving: Any, page: Page):
