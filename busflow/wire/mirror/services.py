@@ -63,14 +63,13 @@ class ServiceMirror:
         kind = TokenKind.SERVICE if isinstance(end, Server) else TokenKind.CLIENT
         name = end.endpoint.service
         token = self._make_token(kind, end.endpoint.node, name, self._supports(end.type), _QOS)
+        if isinstance(end, Server):  # it answers before it is shown, since a client may call at once
+            self._outlets[end] = [self._outlet_of(self._bus.services[name])]
         self._shown[end] = [self._session.liveliness().declare_token(str(token))]
-        service = self._bus.services[name]
-        if isinstance(end, Server):
-            self._outlets[end] = [self._outlet_of(service)]
-            return
-        self._gids[name] = token.gid
-        for remote in [each for each in self._remote.values() if each.topic == name]:
-            self._admit(remote)
+        if isinstance(end, Client):
+            self._gids[name] = token.gid
+            for remote in [each for each in self._remote.values() if each.topic == name]:
+                self._admit(remote)
 
     def attach_parameters(self, store: ParameterStore) -> None:
         """Answer ROS 2's services for a node's parameters and log level; a restart replaces the former store."""
@@ -84,8 +83,8 @@ class ServiceMirror:
             services += TypeServices(self._bus, self._supports, store.node).all()
         for name, service_type, answer in services:
             token = self._make_token(TokenKind.SERVICE, store.node, name, self._supports(service_type), _QOS)
-            self._shown[store].append(self._session.liveliness().declare_token(str(token)))
             self._outlets[store].append(self._outlet(name, service_type, answer))
+            self._shown[store].append(self._session.liveliness().declare_token(str(token)))
 
     def detach_parameters(self, node: str) -> None:
         """Stop answering for the parameters and the log level of a node."""
