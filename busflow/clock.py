@@ -31,6 +31,8 @@ perf_counter: Callable[[], float] = time.perf_counter
 """Wall time for budgets and measurements; it never decides anything in simulated time."""
 monotonic: Callable[[], float] = time.monotonic
 """The clock of an event loop's deadlines on real time."""
+sleep: Callable[[float], None] = time.sleep
+"""The wait of a thread without an event loop, in seconds of real time: of a command that asks a run again and again."""
 
 
 def _total_ns(nanoseconds: float, seconds: float, *, lowest: int) -> int:

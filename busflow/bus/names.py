@@ -115,13 +115,13 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith("_") for part in name.split("/"))
 
 
-def absolute_namespace(namespace: str) -> str:
-    """Return a namespace as an absolute name: `""` is the root, the leading slash is optional.
+def absolute_name(name: str) -> str:
+    """Return a name with the leading slash that a user may leave out; `""` is the root namespace.
 
-    >>> absolute_namespace("left/arm")
-    '/left/arm'
+    >>> absolute_name("left/arm"), absolute_name("/imu")
+    ('/left/arm', '/imu')
     """
-    return namespace if namespace.startswith("/") else f"/{namespace}"
+    return name if name.startswith("/") else f"/{name}"
 
 
 @lru_cache(maxsize=1024)  # used for every line of a ledger and every failure
@@ -132,7 +132,7 @@ def fully_qualified(node: str, namespace: str) -> str:
     ('/left/camera', '/camera')
     """
     check_node_name(node)
-    namespace = check_namespace(absolute_namespace(namespace))
+    namespace = check_namespace(absolute_name(namespace))
     return _join(namespace, node)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.options.launch_file import Given, launch_file, refuse_other_kinds
+from busflow.cli.options.launch_file import LaunchSource, launch_file, refuse_other_kinds
 from busflow.cli.options.lazy_group import importing
 from busflow.errors import ExitCode, LaunchError, Problem, Severity
 from busflow.text import counted, printable
@@ -33,14 +33,14 @@ Examples:
 @click.option("--strict", is_flag=True, help="Make unmatched subscriptions and clients errors.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("-v", "--verbose", is_flag=True, help="Also list unmatched publishers.")
-def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbose: bool) -> int:
+def check(source: LaunchSource, machine: str | None, strict: bool, as_json: bool, verbose: bool) -> int:
     """Find everything wrong with FILE and its nodes, without running them; exit code 3 if something is wrong.
 
     Several files are checked one by one; NAME:=VALUE goes to each file that has such an argument.
     """
     from busflow.cli.terminal.output import print_answer, print_problems
 
-    files = _files(given)
+    files = _files(source)
     reports: list[dict[str, object]] = []
     failed = False
     for each in files:
@@ -60,13 +60,13 @@ def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbos
     return ExitCode.DIFFERENT if failed else ExitCode.OK
 
 
-def _files(given: Given) -> list[Given]:
+def _files(source: LaunchSource) -> list[LaunchSource]:
     """Return each file with the assignments that it declares; the first one also gets those that no file declares."""
-    more = [each for each in given.assignments if ":=" not in each and (_YAML.search(each) or Path(each).is_file())]
+    more = [each for each in source.assignments if ":=" not in each and (_YAML.search(each) or Path(each).is_file())]
     if not more:
-        return [given]
-    assignments = [each for each in given.assignments if each not in more]
-    files = [given.file, *map(Path, more)]
+        return [source]
+    assignments = [each for each in source.assignments if each not in more]
+    files = [source.file, *map(Path, more)]
     for file in files:
         refuse_other_kinds(file)
     declared = [_declared(file) for file in files]
@@ -74,7 +74,7 @@ def _files(given: Given) -> list[Given]:
     of_each = [[each for each in assignments if _name(each) in (names or ())] for names in declared]
     if None not in declared:  # a file that cannot be read may declare it
         of_each[0] += [each for each in assignments if _name(each) not in known]
-    return [replace(given, file=file, assignments=tuple(own)) for file, own in zip(files, of_each, strict=True)]
+    return [replace(source, file=file, assignments=tuple(own)) for file, own in zip(files, of_each, strict=True)]
 
 
 def _name(assignment: str) -> str:
@@ -91,7 +91,7 @@ def _declared(file: Path) -> set[str] | None:
         return None
 
 
-def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Problem]:
+def _problems(source: LaunchSource, machine: str | None, *, strict: bool) -> list[Problem]:
     """Return the problems of the file, of the nodes in its valid part, and of what a run needs besides."""
     with importing():
         from busflow.launchfile.model.placement import placed
@@ -100,7 +100,7 @@ def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Proble
         from busflow.runner.sources import is_simulated
         from busflow.testing.expectations import expectation_problems
 
-    description, problems = given.examine()
+    description, problems = source.examine()
     found = list(problems)
     if description is not None:
         if not is_simulated(description):

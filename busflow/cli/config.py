@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from busflow.cli.options.launch_file import Given, launch_file
+from busflow.cli.options.launch_file import LaunchSource, launch_file
 
 _EXAMPLES = """\b
 Examples:
@@ -15,7 +15,7 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @launch_file()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the file, and the origin of each of its values.")
-def config(given: Given, as_json: bool) -> None:
+def config(source: LaunchSource, as_json: bool) -> None:
     """Show FILE with its includes, arguments and `--set` values put in, and where each value came from.
 
     Parameters without a value are shown with the default of their plugin.
@@ -23,7 +23,7 @@ def config(given: Given, as_json: bool) -> None:
     from busflow.cli.terminal.output import print_answer
     from busflow.launchfile.check.resolved import lines, origins, resolve
 
-    resolved = resolve(given.description())
+    resolved = resolve(source.description())
     if as_json:
         print_answer({"config": resolved.data, "origins": origins(resolved)})
     else:

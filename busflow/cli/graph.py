@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.options.launch_file import Given, launch_file
+from busflow.cli.options.launch_file import LaunchSource, launch_file
 from busflow.cli.options.run import complete_runs, joined
 from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.table import terminal_width
@@ -32,16 +32,16 @@ Examples:
 @click.pass_context
 def graph(
     context: click.Context,
-    given: Given | None,
+    source: LaunchSource | None,
     form: str,
     as_json: bool,
     run: str | None,
     all_: bool,
 ) -> None:
     """Draw the nodes and topics of the running graph; with FILE those of a launch file, without running it."""
-    if given is not None and (run is not None or all_):
+    if source is not None and (run is not None or all_):
         raise click.UsageError("--run and --all are for graphs that run, which FILE does not", context)
-    drawing = _of_run(run, all_=all_) if given is None else _of_file(given)
+    drawing = _of_run(run, all_=all_) if source is None else _of_file(source)
     if as_json or form == "json":
         print_answer(drawing.data())
     else:
@@ -56,8 +56,8 @@ def _of_run(run: str | None, *, all_: bool) -> Drawing:
         return Drawing.of_view(peer.run.name, peer.graph(), all_=all_)
 
 
-def _of_file(given: Given) -> Drawing:
+def _of_file(source: LaunchSource) -> Drawing:
     from busflow.cli.terminal.graph_drawing import Drawing
 
-    description, plan = given.plan()
+    description, plan = source.plan()
     return Drawing.of_plan(description.name, plan.nodes)

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.bus.names import absolute_name
 from busflow.cli.options.run import complete_nodes, joined, joins, until_run_ends
 from busflow.cli.terminal.output import print_answer, print_line, print_message, require_reader
+from busflow.clock import NS_PER_S
 from busflow.errors import ExitCode, NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
 
@@ -29,7 +31,6 @@ _ROS_LEVELS = {"warn": "warning", "fatal": "critical"}
 """ROS 2's words for two of them."""
 _ANSWER_S = 5.0
 _COLOURS = {10: "bright_black", 20: "green", 30: "yellow", 40: "red", 50: "bright_red"}
-_NS_PER_S = 1_000_000_000
 _KEPT = 1000
 _FOLLOWED = 10
 """How many earlier lines --follow shows first, as `tail -f` does."""
@@ -132,7 +133,7 @@ def _known(peer: Peer, node: str | None) -> str | None:
     """Return the full name of a node that logs; `busflow` stands for the run itself."""
     if node is None or node == "busflow":
         return node
-    full = f"/{node.removeprefix('/')}"
+    full = absolute_name(node)
     logged = {line["node"] for line in kept_lines(peer)}
     nodes = {each.name for each in peer.graph().nodes.values() if not each.hidden} | logged
     if full not in nodes:
@@ -172,7 +173,7 @@ def _following(peer: Peer, listener: Listener, kept: list[Line]) -> Iterator[Lin
         message = decode(received.payload)
         stamp = message["stamp"]
         line = {
-            "stamp_ns": stamp["sec"] * _NS_PER_S + stamp["nanosec"],
+            "stamp_ns": stamp["sec"] * NS_PER_S + stamp["nanosec"],
             "level": message["level"],
             "node": message["name"],
             "text": message["msg"],
@@ -196,7 +197,7 @@ def _identity(line: Line) -> tuple[object, ...]:
 
 def _show(line: Line) -> None:
     """Print a line as the run itself writes it, in UTC."""
-    seconds, nanoseconds = divmod(line["stamp_ns"], _NS_PER_S)
+    seconds, nanoseconds = divmod(line["stamp_ns"], NS_PER_S)
     word = next((word for word, number in LEVELS.items() if number == line["level"]), str(line["level"]))
     level = click.style(f"{word:<8}", fg=_COLOURS.get(line["level"]))
     text = "\n".join(printable(each) for each in line["text"].split("\n"))

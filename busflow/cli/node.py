@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,6 +12,7 @@ from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_nodes, joined, joins
 from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.table import Column, print_table, print_text
+from busflow.clock import sleep
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import printable
 from busflow.wire.client.graph_view import LOGGER_SERVICES
@@ -190,8 +190,6 @@ def order_nodes(
 
 _POLL_S = 0.05
 _PATIENCE_S = 60.0
-_PAUSE = Event()
-"""An event that is never set: `_carried_out` waits on it between two questions."""
 _ENDED = {"stopped", "stopped by hand", "failed"}
 """The states of a node that does not run, and does not start again by itself."""
 
@@ -209,7 +207,7 @@ def _carried_out(peer: Peer, order: str, before: Mapping[str, Any]) -> Mapping[s
         started = now["started_by_hand"] > before["started_by_hand"]
         if (started and now["state"] not in {"starting", "stopping"}) or (order == "stop" and now["state"] in _ENDED):
             return now
-        _PAUSE.wait(_POLL_S)
+        sleep(_POLL_S)
     why = f"busflow could not {order} {printable(before['name'])} within {_PATIENCE_S:g} s"
     raise InspectionUnavailable(f"{why}; busflow log --level error may show why")
 

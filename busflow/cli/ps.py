@@ -10,6 +10,7 @@ import click
 
 from busflow.cli.terminal.output import local_time, print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
+from busflow.clock import NS_PER_S, SystemClock
 
 if TYPE_CHECKING:
     from busflow.wire.client.runs import PresentRun
@@ -31,7 +32,6 @@ _COLUMNS = (
 _OF_PROGRAM = ("pid", "state", "restarts", "command")
 _SHARED, _PROGRAMS = Column("SHARED", goes=2), Column("PROGRAMS", folds=True)
 """Columns before the last, if a run has what they show."""
-_NS_PER_S = 1_000_000_000
 
 
 @click.command(epilog=_EXAMPLES)
@@ -86,10 +86,8 @@ def _as_json(present: PresentRun) -> dict[str, Any]:
 
 
 def _row(present: PresentRun, more: Iterable[Callable[[PresentRun], str]]) -> tuple[object, ...]:
-    from busflow.clock import SystemClock
-
     card = present.run.card
-    age_s = (SystemClock().now().nanoseconds - card.since_ns) // _NS_PER_S
+    age_s = (SystemClock().now().nanoseconds - card.since_ns) // NS_PER_S
     nodes = "?" if present.nodes is None else present.nodes
     pids = ",".join(_pid(each) for each in present.processes) or card.pid
     file = short_path(card.file) if card.file else "-"
@@ -127,7 +125,7 @@ def _pid(process: Mapping[str, Any]) -> str:
 
 
 def _moment(ns: int) -> datetime:
-    return datetime.fromtimestamp(ns / _NS_PER_S, UTC)
+    return datetime.fromtimestamp(ns / NS_PER_S, UTC)
 
 
 def _age(seconds: int) -> str:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.bus.names import absolute_name
 from busflow.cli.options.completers import complete_plugins
-from busflow.cli.options.launch_file import DURATION, Given, launch_file
+from busflow.cli.options.launch_file import DURATION, LaunchSource, launch_file
 from busflow.cli.options.number import Number
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ _SHOWN = 10
 @click.pass_context
 def replay(
     context: click.Context,
-    given: Given | None,
+    source: LaunchSource | None,
     recording: Path,
     nodes: tuple[str, ...],
     plugin: str | None,
@@ -58,10 +59,10 @@ def replay(
     """
     from busflow.recording.replay.replay import replay as run_anew
 
-    if (given is None) == (plugin is None):
+    if (source is None) == (plugin is None):
         both = " instead of it: not both" if plugin is not None else ""
         raise click.UsageError(f"name a launch file, or a plugin with --plugin{both}", context)
-    what = given.description() if given is not None else _alone(str(plugin), nodes, folder, context)
+    what = source.description() if source is not None else _alone(str(plugin), nodes, folder, context)
     outcome = run_anew(recording, what, nodes=nodes, keep=0, **how)
     return _print_outcome(outcome, show, as_json=as_json)
 
@@ -88,7 +89,7 @@ def _alone(plugin: str, nodes: tuple[str, ...], folder: Path | None, context: cl
         raise click.UsageError("--plugin runs one node: give one name with --node, or none", context)
     folders = (folder or Path("plugins"),)
     name = nodes[0] if nodes else default_name(load(plugin, folders))
-    namespace, _, last = f"/{name.removeprefix('/')}".rpartition("/")
+    namespace, _, last = absolute_name(name).rpartition("/")
     origin = Origin(StatedBy.COMMAND_LINE)
     spec = NodeSpec(last, namespace or "/", origin, plugin, origin, Value({}, origin), folders)
     return LaunchDescription(name="replay", nodes=(spec,))

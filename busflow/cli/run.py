@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, Given, SingleNode, launch_file
+from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, LaunchSource, SingleNode, launch_file
 from busflow.cli.options.lazy_group import importing
 from busflow.text import printable
 
@@ -71,7 +71,7 @@ Examples:
 @click.pass_context
 def run(
     context: click.Context,
-    given: Given | None,
+    source: LaunchSource | None,
     for_s: float | None,
     report: Path | None,
     trace: Path | None,
@@ -88,33 +88,33 @@ def run(
     Logs go to standard error. At the end a table on standard output accounts for every message.
     """
     if show_help:
-        return _help(context, given)
-    if given is None:
+        return _help(context, source)
+    if source is None:
         raise click.MissingParameter(ctx=context, param=context.command.params[0])
     if process is not None or pipe is not None:
         with importing():
             from busflow.processes.worker import work
 
-        return work(given.description, pipe)
+        return work(source.description, pipe)
     if one_process and processes == "auto":
         raise click.UsageError("--one-process and --processes auto exclude each other", context)
     with importing():
         from busflow.cli.running import Run
 
-    run = Run(given, layout="one" if one_process else processes, inspect=not no_inspect, **options)
+    run = Run(source, layout="one" if one_process else processes, inspect=not no_inspect, **options)
     return run.go(for_s, report, trace)
 
 
-def _help(context: click.Context, given: Given | None) -> int:
+def _help(context: click.Context, source: LaunchSource | None) -> int:
     click.echo(context.get_help())
-    if isinstance(given, SingleNode):
-        click.echo(f"\nbusflow plugins info {printable(given.plugin)} shows its parameters.")
-    elif given is not None:
+    if isinstance(source, SingleNode):
+        click.echo(f"\nbusflow plugins info {printable(source.plugin)} shows its parameters.")
+    elif source is not None:
         from busflow.cli.terminal.table import Column, print_table
         from busflow.launchfile.load.load import read_arguments
 
-        rows = [_row(each) for each in read_arguments(given.file)]
-        shown = printable(given.file)
+        rows = [_row(each) for each in read_arguments(source.file)]
+        shown = printable(source.file)
         click.echo(f"\nArguments of {shown}:" if rows else f"\n{shown} takes no arguments.")
         print_table(rows, Column(), Column(), Column(), Column(), Column(folds=True), indent="  ")
     return 0

@@ -31,7 +31,7 @@ from busflow.runner.run import run_graph
 from busflow.runner.sources import is_simulated
 
 if TYPE_CHECKING:
-    from busflow.cli.options.launch_file import Given
+    from busflow.cli.options.launch_file import LaunchSource
     from busflow.processes.process_group import ProcessGroup
     from busflow.runner.report import Report
 
@@ -41,7 +41,7 @@ class Run:
 
     def __init__(
         self,
-        given: Given,
+        source: LaunchSource,
         *,
         layout: str,
         machine: str | None = None,
@@ -69,8 +69,8 @@ class Run:
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
         self._options |= {"watchdog_s": watchdog_s, "prints_failures": self._for_people}
         self._outer = dict(os.environ)  # each process of the run reads the launch file with these variables
-        self._given = given
-        whole, together = given.description(), sim or ProcessLayout(layout) is ProcessLayout.ONE
+        self._source = source
+        whole, together = source.description(), sim or ProcessLayout(layout) is ProcessLayout.ONE
         description = on_machine(whole, machine, together=together or is_simulated(whole))
         self._description = description = _with_ros2(description, ros2=ros2, sim=sim, inspect=inspect)
         self._name = name or description.name
@@ -133,7 +133,7 @@ class Run:
             if self._watch:
                 from busflow.runner.live_edit import FileWatch
 
-                graph.attach(FileWatch(graph, self._description, partial(self._given.read, self._outer)))
+                graph.attach(FileWatch(graph, self._description, partial(self._source.read, self._outer)))
             self._show(graph)
             return nullcontext((graph, self._new_loop))
         from busflow.runner.simulation import simulated_graph
@@ -160,7 +160,7 @@ class Run:
         from busflow.processes.process_group import ProcessGroup
 
         graph = Graph([self._description], **self._options)
-        arguments = ["run", *self._given.arguments()]
+        arguments = ["run", *self._source.arguments()]
         network = self._description.network if self._description.here is not None else None
         self._group = ProcessGroup(
             graph,

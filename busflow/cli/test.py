@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.options.launch_file import DURATION, Given, launch_file
+from busflow.cli.options.launch_file import DURATION, LaunchSource, launch_file
 from busflow.errors import ExitCode, LaunchError
 from busflow.text import counted, printable
 from busflow.validation.durations import show_duration
@@ -32,7 +32,7 @@ DURATION_S = 60.0
 @click.option("--seed", type=click.IntRange(min=0), help="This seed alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def test(
-    given: Given,
+    source: LaunchSource,
     for_s: float | None,
     seeds: int | None,
     seed: int | None,
@@ -48,7 +48,7 @@ def test(
 
     if seeds is not None and seed is not None:
         raise click.UsageError("--seed and --seeds exclude each other", click.get_current_context())
-    description, plan = given.plan()
+    description, plan = source.plan()
     if unknown := expectation_problems(description, plan.nodes):
         raise LaunchError(unknown)
     for_s = for_s or expectations_of(description).duration or DURATION_S
@@ -57,7 +57,7 @@ def test(
     found = trials.problems()
     with outcome_printed():
         if as_json:
-            result = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
+            result = {"file": str(source.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
             snapshots = [asdict(each) for each in trials.snapshots]
             print_answer({**result, "snapshots": snapshots, "problems": [each.as_json() for each in found]})
         else:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, TypeVar
 
+from busflow.bus.names import absolute_name
 from busflow.errors import InvalidDeclaration
 
 if TYPE_CHECKING:
@@ -115,8 +116,7 @@ def supervised(
     """
     policy = restart if isinstance(restart, RestartPolicy) else RestartPolicy(restart)
     needs = {
-        f"/{name.removeprefix('/')}": _word(Condition, f"depends_on {name}", what)
-        for name, what in (depends_on or {}).items()
+        absolute_name(name): _word(Condition, f"depends_on {name}", what) for name, what in (depends_on or {}).items()
     }
     return Supervised(node, Supervision(policy, needs, _word(OnExit, "on_exit", on_exit)))
 

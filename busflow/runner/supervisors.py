@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from busflow.bus.names import absolute_name
 from busflow.clock import Clock, perf_counter
 from busflow.errors import NotRunning
 from busflow.node.node import Node
@@ -50,7 +51,7 @@ def node_among(supervisors: Sequence[Supervisor], which: type[Node] | str) -> No
         NotRunning: there is none, or more than one of the class.
     """
     if isinstance(which, str):
-        full = f"/{which.removeprefix('/')}"
+        full = absolute_name(which)
         found = [each.node for each in supervisors if each.name == full]
     else:
         found = [each.node for each in supervisors if isinstance(each.node, which)]

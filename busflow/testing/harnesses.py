@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Never, Self, TypeVar, cast, overload
 
 from busflow.actions.client import ActionClient
 from busflow.actions.goal import F, G, Parts, R
+from busflow.bus.names import absolute_name
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
 from busflow.bus.services.call import Pair, Req, Res
@@ -387,7 +388,7 @@ class Harness:
     def _known(self, topic: str, message_type: type[Message] | None = None) -> str:
         """Return a topic's full name; refuse an unknown topic, or one of another type."""
         topic = checked_name(topic, "lab, in a call with a topic and then its type,", "topic")
-        name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
+        name, topics = absolute_name(topic), self.graph.bus.topics
         if name not in topics:
             raise NotSeen(f"{name} has no endpoint; {did_you_mean(name, topics, none='the graph has no topics')}")
         if message_type is not None and topics[name].type is not message_type:
@@ -405,7 +406,7 @@ class Harness:
 
     def _refuse_unheard(self, topic: str, message: Message) -> None:
         topic = checked_name(topic, "lab.publish(topic, message)", "topic")
-        name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
+        name, topics = absolute_name(topic), self.graph.bus.topics
         received = [each.name for each in topics.values() if each.subscriptions_added]
         if name not in received and not (self._loop.follows and name == CLOCK):
             anyway = f'lab.advertise({type(message).__name__}, "{topic}").publish(…) publishes it all the same'

@@ -27,14 +27,14 @@ _CLOCK_HZ = "40"
 
 def _remaps(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
     """Return the topics to publish on instead, by recorded topic."""
-    from busflow.bus.names import check_full_topic_name
+    from busflow.bus.names import absolute_name, check_full_topic_name
 
     found: dict[str, str] = {}
     for each in given:
         old, separator, new = each.partition(":=")
         if not separator or not old or not new:
             raise click.BadParameter(f"{each!r} is not of the form /old:=/new", ctx, param)
-        name, instead = (f"/{side.removeprefix('/')}" for side in (old, new))
+        name, instead = (absolute_name(side) for side in (old, new))
         check_full_topic_name(instead)
         found[name] = instead
     return found

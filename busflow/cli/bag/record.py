@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from busflow.bus.names import absolute_name
 from busflow.cli.options.bag import SIZE
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.run import complete_runs, complete_topics, joined
@@ -150,7 +151,7 @@ def _warn_of_missing(peer: Peer, patterns: Sequence[str]) -> None:
 
     names = list(view(peer.tokens(), []).topics) if patterns else []
     for pattern in patterns:
-        near = did_you_mean(f"/{pattern.removeprefix('/')}", names)
+        near = did_you_mean(absolute_name(pattern), names)
         print_message(f"warning: there is no topic {printable(pattern)} so far{f'; {printable(near)}' if near else ''}")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,6 +9,7 @@ import click
 from busflow.cli.options.run import joined, joins
 from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.run_summary import snapshot_line
+from busflow.clock import sleep
 from busflow.errors import ExitCode, InspectionUnavailable
 from busflow.text import printable
 
@@ -55,6 +55,6 @@ def _written(peer: Peer, begun: dict[str, Any]) -> dict[str, Any]:
         found = [each for each in reports if each["path"] == begun["path"] and each["written"]]
         if found:
             return found[0]
-        threading.Event().wait(_LOOK_S)
+        sleep(_LOOK_S)
     path = printable(begun["path"])
     raise InspectionUnavailable(f"the run ended while it wrote {path}: busflow bag verify says what is in it")

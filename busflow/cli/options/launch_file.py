@@ -35,7 +35,7 @@ _NUMBER = re.compile(r"[0-9]{1,20}(\.[0-9]{0,20})?")
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class LaunchSource:
     """A launch file and the overrides of the command line."""
 
     file: Path
@@ -125,7 +125,7 @@ def _restore(before: Mapping[str, str | None]) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class SingleNode(Given):
+class SingleNode(LaunchSource):
     """One node in place of a launch file: a plugin with parameters and remaps from the command line."""
 
     plugin: str = ""
@@ -143,8 +143,8 @@ class SingleNode(Given):
 
     def read(
         self,
-        environment: Mapping[str, str] | None = None,  # noqa: ARG002  # as Given; a node alone reads no variables
-        args: Mapping[str, object] | None = None,  # noqa: ARG002  # as Given; it has parameters only
+        environment: Mapping[str, str] | None = None,  # noqa: ARG002  # as LaunchSource; a node alone reads no variables
+        args: Mapping[str, object] | None = None,  # noqa: ARG002  # as LaunchSource; it has parameters only
     ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
         """Return the description of a graph of the node, and all problems."""
         from busflow.launchfile.load.single_node import examine_single_node
@@ -231,7 +231,7 @@ def _single_node(
 def launch_file(
     *, required: bool = True, file_: str = "FILE", rest: str = "[NAME:=VALUE]...", or_plugin: bool = False
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Add FILE, ARGS, `--set` and `--profile` to a command, which receives them as one `Given`, or None without FILE.
+    """Add FILE, ARGS, `--set` and `--profile` to a command, which receives one `LaunchSource`, or None without FILE.
 
     Args:
         required: Whether FILE is required.
@@ -254,7 +254,7 @@ def launch_file(
             if file is None:
                 return command(None, **how)
             refuse_other_kinds(Path(file))
-            return command(Given(Path(file), *stated), **how)
+            return command(LaunchSource(Path(file), *stated), **how)
 
         for parameter in (
             *(_SINGLE_NODE if or_plugin else ()),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from math import inf
-from threading import Event
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -13,7 +12,7 @@ import click
 from busflow.cli.options.launch_file import DurationType
 from busflow.cli.options.run import joined
 from busflow.cli.terminal.output import print_message
-from busflow.clock import SystemClock
+from busflow.clock import SystemClock, sleep
 from busflow.errors import BusflowError, InspectionUnavailable, NoSuchRun
 
 if TYPE_CHECKING:
@@ -61,7 +60,6 @@ class Waiting:
         """Begin to wait; None for a command that does not wait."""
         self._clock = SystemClock()
         self._end_ns = None if limit_s is None else self._clock.monotonic_ns() + limit_s * 1e9
-        self._pause = Event()
 
     @contextmanager
     def joined(self, run: str | None) -> Generator[Peer]:
@@ -90,4 +88,4 @@ class Waiting:
                 if not said:
                     print_message(f"waiting: {error}")
                 said = True
-            self._pause.wait(min(_LOOK_S, left_s))
+            sleep(min(_LOOK_S, left_s))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.bus.names import absolute_name
 from busflow.cli.options.completers import completer
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_nodes, joined, joined_to_complete, joins
@@ -99,7 +100,7 @@ def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -
     with joined(run) as peer:
         (row,) = _named(parameters_of(peer, node), [name], node)
     if as_json:
-        print_answer({"run": peer.run.name, "node": full_name(node), **_as_json(row)})
+        print_answer({"run": peer.run.name, "node": absolute_name(node), **_as_json(row)})
         return
     value = printable(_value(row))
     if hide_type:
@@ -121,7 +122,7 @@ def describe(run: str | None, node: str, names: tuple[str, ...], as_json: bool) 
         rows = parameters_of(peer, node)
     chosen = _named(rows, names, node) if names else rows
     if as_json:
-        _print_nodes(peer, {full_name(node): chosen})
+        _print_nodes(peer, {absolute_name(node): chosen})
         return
     for row in chosen:
         click.echo("\n".join(_description(row)))
@@ -138,11 +139,11 @@ def dump(run: str | None, node: str, output: Path | None, as_json: bool) -> None
     with joined(run) as peer:
         rows = parameters_of(peer, node)
     if as_json:
-        _print_nodes(peer, {full_name(node): rows})
+        _print_nodes(peer, {absolute_name(node): rows})
         return
     from busflow.launchfile.load.parameter_file import text_for
 
-    text = text_for(full_name(node), _nested(rows))
+    text = text_for(absolute_name(node), _nested(rows))
     if output is None:
         click.echo(text)
     else:
@@ -172,7 +173,7 @@ def sources(run: str | None, node: str | None, as_json: bool) -> None:
 def _by_node(peer: Peer, node: str | None) -> dict[str, list[Row]]:
     """Return the parameters of every node by its name, or of one node."""
     if node is not None:
-        return {full_name(node): parameters_of(peer, node)}
+        return {absolute_name(node): parameters_of(peer, node)}
     found: dict[str, list[Row]] = {}
     for answer in peer.ask("parameters"):
         found |= answer
@@ -185,7 +186,7 @@ def parameters_of(peer: Peer, node: str) -> list[Row]:
     Raises:
         NoSuchTarget: There is no such node, or it is not busflow's.
     """
-    full = full_name(node)
+    full = absolute_name(node)
     for answer in peer.ask("parameters", node=full):
         if full in answer:
             return answer[full]
@@ -195,19 +196,14 @@ def parameters_of(peer: Peer, node: str) -> list[Row]:
 
 def _named(rows: Sequence[Row], names: Iterable[str], node: str) -> list[Row]:
     """Return the parameters of these names, in the order of the names."""
-    known = {row["name"]: row for row in rows}
+    full, known = absolute_name(node), {row["name"]: row for row in rows}
     for name in names:
         if name not in known:
-            raise NoSuchTarget(f"{printable(full_name(node))} has no parameter {name!r}; {did_you_mean(name, known)}")
+            raise NoSuchTarget(f"{printable(full)} has no parameter {name!r}; {did_you_mean(name, known)}")
     return [known[name] for name in names]
 
 
 # Showing.
-
-
-def full_name(node: str) -> str:
-    """Return a node's name with its leading slash, which the user may leave out."""
-    return f"/{node.removeprefix('/')}"
 
 
 def _ros_type(row: Row) -> str:

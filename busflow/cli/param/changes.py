@@ -6,15 +6,16 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from threading import Event
 from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from busflow.bus.names import absolute_name
 from busflow.cli.options.run import complete_nodes, joined, joins, until_run_ends
-from busflow.cli.param import complete_parameters, full_name, parameters_of
+from busflow.cli.param import complete_parameters, parameters_of
 from busflow.cli.terminal.output import print_answer, print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
+from busflow.clock import sleep
 from busflow.errors import ExitCode, NoSuchTarget, Problem
 from busflow.text import counted, printable
 
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 _POLL_S = 0.2
 _NEGATIVE = re.compile(r"-\.?(\d|inf)", re.IGNORECASE)
-_PAUSE = Event()
-"""An event that is never set: `watch` waits on it between two questions."""
 _EXAMPLES = {
     "set": (
         "busflow param set sensor_publisher noise.imu 0.5",
@@ -107,7 +106,7 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
     whole = read_file(file, str(file))
     if not isinstance(whole.content, dict):
         raise click.BadParameter(f"{printable(file)} holds no parameters: a mapping is needed", param_hint="FILE")
-    stated = nested(of_node(whole, full_name(node), whole.origin))
+    stated = nested(of_node(whole, absolute_name(node), whole.origin))
     with joined(run) as peer:
         return _set(peer, node, cast("dict[str, Any]", stated.data), as_json=as_json, stated=stated)
 
@@ -121,7 +120,7 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
         found = _drifts(peer, node, Path(short_path(peer.run.card.file)))
     if as_json:
         rows = [{"name": each.name, "stated": each.stated, "value": each.value} for each in found]
-        print_answer({"run": peer.run.name, "node": full_name(node), "differences": rows})
+        print_answer({"run": peer.run.name, "node": absolute_name(node), "differences": rows})
     else:
         rows = [(each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found]
         value = Column(folds=True)
@@ -152,7 +151,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
     _edit(file, found).write()
     if as_json:
         saved = [{"name": each.name, "before": each.stated, "after": each.value} for each in found]
-        print_answer({"run": peer.run.name, "node": full_name(node), "file": str(file), "saved": saved})
+        print_answer({"run": peer.run.name, "node": absolute_name(node), "file": str(file), "saved": saved})
     else:
         for each in found:
             click.echo(f"{printable(each.name)}: {_shown(each.stated)} → {_shown(each.value)}")
@@ -171,7 +170,7 @@ def watch(run: str | None, node: str | None, as_json: bool) -> int:
         while True:
             for answer in peer.ask("parameter_changes", since=known):
                 _print_changes(answer, known, node, as_json=as_json)
-            _PAUSE.wait(_POLL_S)
+            sleep(_POLL_S)
 
 
 def stated_parameters(file: Path) -> dict[str, Mapping[str, Any]]:
@@ -210,10 +209,10 @@ def _edit(file: Path, found: Sequence[Drift]) -> LaunchFileEdit:
 def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool, stated: Value | None = None) -> int:
     """Set parameters, and print the result; the faults of those that a file has stated with their lines."""
     parameters_of(peer, node)  # raises for an unknown node
-    results = peer.ask("set_parameters", node=full_name(node), values=values)
+    results = peer.ask("set_parameters", node=absolute_name(node), values=values)
     changed, faults = results[0]["changed"], results[0]["faults"]
     if as_json:
-        print_answer({"run": peer.run.name, "node": full_name(node), "changed": changed, "faults": faults})
+        print_answer({"run": peer.run.name, "node": absolute_name(node), "changed": changed, "faults": faults})
     elif faults:
         print_message("Setting parameter failed: nothing was set")
         for fault in faults:
@@ -243,9 +242,9 @@ def _drifts(peer: Peer, node: str, file: Path) -> tuple[Drift, ...]:
 
     values = {row["name"]: row["value"] for row in parameters_of(peer, node)}
     for spec in load_file(file).nodes:
-        if spec.full_name == full_name(node):
+        if spec.full_name == absolute_name(node):
             return drifts(spec, values)
-    raise NoSuchTarget(f"{printable(file)} has no node {printable(full_name(node))}")
+    raise NoSuchTarget(f"{printable(file)} has no node {printable(absolute_name(node))}")
 
 
 # Showing.
@@ -259,7 +258,7 @@ def _print_changes(answer: Mapping[str, Any], known: dict[str, int], node: str |
         print_message(f"warning: {counted(missed, 'change was', 'changes were')} discarded before they could be shown")
     known[answer["process"]] = answer["last"]
     for change in answer["changes"]:
-        if node is not None and change["node"] != full_name(node):
+        if node is not None and change["node"] != absolute_name(node):
             continue
         if as_json:
             print_line(change)

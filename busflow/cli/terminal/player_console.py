@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TextIO
 
+from busflow.clock import NS_PER_S
 from busflow.text import counted
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 _LOOK_S = 0.1
 _FASTER, _SLOWER = 1.1, 1 / 1.1
 _CLEAR = "\r\x1b[2K"
-_NS_PER_S = 1e9
 
 
 class Controls(Protocol):
@@ -120,7 +120,7 @@ class Console:
         now = self._controls.shown()
         if now is None:
             return ""
-        total_s, done_s = now.length_ns / _NS_PER_S, now.position_ns / _NS_PER_S
+        total_s, done_s = now.length_ns / NS_PER_S, now.position_ns / NS_PER_S
         state = "paused" if now.paused else f"x{now.rate:g}"
         text = f" {done_s:.1f} / {total_s:.1f} s  {counted(now.played, 'message')}  {state}"
         room = max(0, min(40, width - len(text) - 3))

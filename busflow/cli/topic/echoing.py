@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.bus.names import check_full_topic_name
+from busflow.bus.names import absolute_name, check_full_topic_name
 from busflow.cli.options.run import full_type, until_run_ends
 from busflow.cli.terminal.field_paths import Absent
 from busflow.cli.terminal.output import print_message, require_reader
@@ -160,7 +160,7 @@ def found_topic(peer: Peer, name: str, type_name: str | None) -> tuple[GraphView
         UnknownType: Neither busflow nor the run knows the type.
         InvalidInput: The topic has another type, or its publishers disagree about the type.
     """
-    graph, full = peer.graph(), check_full_topic_name(f"/{name.removeprefix('/')}")
+    graph, full = peer.graph(), check_full_topic_name(absolute_name(name))
     if type_name is None or full in graph.topics:
         topic = graph.topic(name)
         return graph, topic, known_type(peer, agreed_type(topic, type_name))

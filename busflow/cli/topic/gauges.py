@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from math import ceil
-from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,6 +14,7 @@ from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.output import print_line, print_message
 from busflow.cli.topic.echoing import agreed_type, warn_if_unpublished
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
+from busflow.clock import sleep
 from busflow.errors import ExitCode, InvalidInput, NoSuchTarget, Problem, RunEnded
 from busflow.text import printable
 from busflow.wire.client.known_type import known_type
@@ -56,14 +56,14 @@ def gauge(
     gauges = [_Gauge(peer, topic.name, reader, measure, window, named=len(topics) > 1) for topic in topics]
     if measure is BW and not as_json:
         click.echo("\n".join(printable(f"Subscribed to [{topic.name}]") for topic in topics))
-    printed, steps, pause = 0, ceil(every_s / _ASKED_EVERY_S), Event()
+    printed, steps = 0, ceil(every_s / _ASKED_EVERY_S)
     with until_run_ends(wants_more=count is not None):
         try:
             for each in gauges:
                 each.ask()  # starts the meter
             while count is None or printed < count:
                 for _ in range(steps):
-                    pause.wait(every_s / steps)
+                    sleep(every_s / steps)
                     for each in gauges:
                         each.ask()
                 for each in gauges:

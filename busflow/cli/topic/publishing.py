@@ -6,12 +6,11 @@ from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from itertools import repeat
 from math import inf
-from threading import Event
 from typing import TYPE_CHECKING, BinaryIO
 
 import click
 
-from busflow.bus.names import check_full_topic_name
+from busflow.bus.names import absolute_name, check_full_topic_name
 from busflow.cli.options.run import full_type, until_run_ends
 from busflow.cli.terminal.abridged import Abridger
 from busflow.cli.terminal.field_paths import shape_of
@@ -19,7 +18,7 @@ from busflow.cli.terminal.one_line import python_form
 from busflow.cli.terminal.output import print_line, print_message
 from busflow.cli.topic.message_lines import MessageLines
 from busflow.cli.topic.typed_values import TypedValues
-from busflow.clock import NS_PER_S, SystemClock
+from busflow.clock import NS_PER_S, SystemClock, sleep
 from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import counted, did_you_mean, printable
 from busflow.wire.client.known_type import known_type
@@ -57,7 +56,7 @@ class Publishing:
             LaunchError: The values are not YAML.
         """
         self._peer, self._print_every, self._as_json = peer, print_every, as_json
-        self._topic = f"/{name.removeprefix('/')}"
+        self._topic = absolute_name(name)
         check_full_topic_name(self._topic)
         graph = peer.graph()
         self._type = known_type(peer, full_type(type_name))
@@ -80,7 +79,6 @@ class Publishing:
         self._is_stream = not isinstance(values, str)
         self._clock = SystemClock()
         self._looked_ns = 0
-        self._pause = Event()
 
     def go(self, rate: float | None, times: int | None, matches: int, patience_s: float | None = None) -> ExitCode:
         """Publish at most `times` messages; return FAILED if there were not `matches` subscriptions in time.
@@ -120,7 +118,7 @@ class Publishing:
                 self._warn_misfits(self._subscriptions())
             if now_ns >= due_ns:
                 return
-            self._pause.wait(min((due_ns - now_ns) / NS_PER_S, _LOOK_S))
+            sleep(min((due_ns - now_ns) / NS_PER_S, _LOOK_S))
 
     def _publish(self, speaker: Speaker, typed: TypedValues) -> None:
         values = typed.at(self._clock.now().nanoseconds)
@@ -157,7 +155,7 @@ class Publishing:
             click.echo(f"Waiting for at least {matches} matching subscription(s)...", err=self._as_json)
             self._peer.require_run()
             if not enough:
-                self._pause.wait(min(_LOOK_S, left_s))
+                sleep(min(_LOOK_S, left_s))
         return speaker
 
     def _advertised(self, ends: ExitStack) -> Speaker:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
+from busflow.bus.names import absolute_name
 from busflow.errors import BagError, PluginError
 from busflow.launchfile.check.preflight import PlannedNode, Preflight
 from busflow.launchfile.model.description import ClockSpec, LaunchDescription, NodeSpec
@@ -62,7 +63,7 @@ def replay_plan(
     """
     plan = ReplayPlan()
     files = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
-    wanted = {f"/{name.removeprefix('/')}" for name in nodes}
+    wanted = {absolute_name(name) for name in nodes}
     known = [spec.full_name for description in files for spec in description.nodes]
     for name in sorted(wanted - set(known)):
         one = files[0].files[0] if len(files) == 1 and files[0].files else None

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS, action_of, action_type_of
-from busflow.bus.names import is_hidden
+from busflow.bus.names import absolute_name, is_hidden
 from busflow.clock import NS_PER_S
 from busflow.errors import ActionGone, ActionUnavailable, GoalCanceled, GoalRejected, NoSuchTarget
 from busflow.interfaces.encoding.description import assemble, rihs01, types_in
@@ -74,7 +74,7 @@ def action_named(graph: GraphView, name: str) -> ActionView:
     Raises:
         NoSuchTarget: there is none; the message names the nearest.
     """
-    known, full = actions_of(graph), f"/{name.removeprefix('/')}"
+    known, full = actions_of(graph), absolute_name(name)
     if full not in known:
         near = did_you_mean(full, [each for each in known if not is_hidden(each)], none="no node has one")
         raise NoSuchTarget(f"there is no action {printable(full)}; {near}")

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from busflow.bus.names import is_hidden
+from busflow.bus.names import absolute_name, is_hidden
 from busflow.errors import MalformedMessage, NoSuchTarget
 from busflow.text import did_you_mean, printable
 from busflow.wire.zenoh.keys import Token, TokenKind
@@ -118,7 +118,7 @@ class GraphView:
         Raises:
             NoSuchTarget: there is none; the message names the nearest.
         """
-        full = f"/{name.removeprefix('/')}"
+        full = absolute_name(name)
         if full not in self.nodes and full in self.programs:
             shown = printable(full)
             fix = f"busflow ps shows it, and busflow log --node {shown} what it prints"
@@ -199,7 +199,7 @@ def _node(name: str, ends: Mapping[TokenKind, Sequence[EndView]], details: Mappi
 
 
 def _named(name: str, known: Mapping[str, Any], what: str) -> Any:
-    full = f"/{name.removeprefix('/')}"
+    full = absolute_name(name)
     if full not in known:
         shown = [each for each in known if not is_hidden(each)]
         raise NoSuchTarget(f"there is no {what} {printable(full)}; {did_you_mean(full, shown)}")

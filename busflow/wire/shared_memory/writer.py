@@ -7,7 +7,7 @@ import threading
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
-from busflow.clock import perf_counter
+from busflow.clock import perf_counter, sleep
 
 if TYPE_CHECKING:
     from busflow.wire.shared_memory.arena import Arena, Arenas
@@ -33,7 +33,6 @@ class MemoryWriter:
         self._changing = threading.Lock()
         """Held while the arena or its readers change: messages are written in the sender's thread too."""
         self._stalled: set[int] = set()
-        self._pause = threading.Event()
 
     def share(self, sessions: Collection[str]) -> None:
         """Write for the readers of these sessions from now on; without any, write nothing."""
@@ -78,7 +77,7 @@ class MemoryWriter:
             if perf_counter() > until:
                 self._stalled |= behind
             else:
-                self._pause.wait(_PAUSE_S)
+                sleep(_PAUSE_S)
         self._stalled.clear()
 
 

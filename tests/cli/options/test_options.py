@@ -18,7 +18,7 @@ import pytest
 
 from busflow.cli import main
 from busflow.cli.options.bag import listed, named, stretch
-from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, Given
+from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, LaunchSource
 from busflow.cli.options.message import wants
 from busflow.cli.options.run import completer, full_type
 from busflow.cli.terminal.message_text import TextForm, Wanted
@@ -52,24 +52,24 @@ class TestBag:
 
 @pytest.mark.usefixtures("project")
 class TestLaunchFile:
-    def given(self, *assignments: str, sets: tuple[str, ...] = ()) -> Given:
-        return Given(Path("talk.yaml"), assignments, sets)
+    def source(self, *assignments: str, sets: tuple[str, ...] = ()) -> LaunchSource:
+        return LaunchSource(Path("talk.yaml"), assignments, sets)
 
     def test_arguments_give_another_process_the_same(self):
-        given = Given(Path("talk.yaml"), ("rate_hz:=5",), ("name=other",), ("fast",))
-        file, *rest = given.arguments()
+        source = LaunchSource(Path("talk.yaml"), ("rate_hz:=5",), ("name=other",), ("fast",))
+        file, *rest = source.arguments()
         assert Path(file).is_absolute()
         assert rest == ["rate_hz:=5", "--set=name=other", "--profile=fast"]
 
     def test_overrides_are_in_the_description(self):
         with click.Context(click.Command("run")):
-            assert self.given(sets=("name=other",)).description().name == "other"
+            assert self.source(sets=("name=other",)).description().name == "other"
 
     def test_problems_of_file_and_nodes_are_one_error(self):
         text = Path("talk.yaml").read_text()
         Path("talk.yaml").write_text(text.replace("plugin: listener", "plugin: lstener") + "nme: talk\n")
         with click.Context(click.Command("run")), pytest.raises(LaunchError) as caught:
-            self.given().description()
+            self.source().description()
         assert "nme" in str(caught.value)
         assert "lstener" in str(caught.value)
 
@@ -78,7 +78,7 @@ class TestLaunchFile:
         with Path("talk.yaml").open("a") as file:
             file.write("env: {LAB: lab1, SENSOR: imu}\n")
         with click.Context(click.Command("run")):
-            self.given().description()
+            self.source().description()
             assert (os.environ["LAB"], os.environ["SENSOR"]) == ("lab1", "imu")
         assert (os.environ["LAB"], "SENSOR" in os.environ) == ("before", False)
 
