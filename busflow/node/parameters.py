@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, cast
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from busflow.errors import Fault, InvalidParameter, KeyPath
+from busflow.errors import Fault, InvalidDeclaration, InvalidParameter, KeyPath
 from busflow.text import did_you_mean, printable
 from busflow.validation.annotations import UNBOUNDED, Bounds, StrictModel, choices, refuse_bare, split, type_word
 from busflow.validation.faults import dotted, faults, plain
+from busflow.validation.tracebacks import line
 
 T = TypeVar("T")
 P = TypeVar("P", bound="Parameters")
@@ -81,11 +84,19 @@ def validate(cls: type[P], data: Mapping[str, object]) -> P:
 
     Raises:
         InvalidParameter: With every fault of `data`, not the first alone.
+        InvalidDeclaration: A default of the class is not what its own annotation allows.
     """
     try:
         return cls.model_validate(data, by_name=True)
     except ValidationError as error:
-        raise InvalidParameter(faults(error, cls, data, noun="parameter")) from None
+        found = faults(error, cls, data, noun="parameter")
+    for fault in found:
+        if fault.code != "missing" and fault.path and fault.path[0] in cls.model_fields.keys() - data.keys():
+            wrong = InvalidDeclaration(f"{cls.__name__}: the default of {fault.message}")
+            with suppress(OSError, TypeError):  # a class that was typed into an interpreter has no source
+                wrong.place = line(inspect.getfile(cls), inspect.getsourcelines(cls)[1])
+            raise wrong
+    raise InvalidParameter(found)
 
 
 def describe(cls: type[Parameters]) -> tuple[ParameterInfo, ...]:

@@ -186,12 +186,26 @@ def test_errors_about_hostile_text_are_one_printable_line():
     assert str(caught.value).isprintable()
 
 
-def test_a_default_outside_its_range_is_a_fault():
+def test_wrong_default_is_an_error_of_its_class():
     class Wrong(Parameters):
         rate_hz: float = Field(default=-1.0, gt=0)
+        name: str
 
-    with pytest.raises(InvalidParameter, match="rate_hz must be greater than 0"):
+    with pytest.raises(InvalidDeclaration, match="Wrong: the default of rate_hz must be greater than 0") as caught:
         validate(Wrong, {})
+    assert caught.value.place is not None
+    assert caught.value.place.excerpt == "    class Wrong(Parameters):"
+    with pytest.raises(InvalidParameter, match="parameter name is required"):
+        validate(Wrong, {"rate_hz": 1})
+    with pytest.raises(InvalidParameter, match="rate_hz must be greater than 0, got -2"):
+        validate(Wrong, {"rate_hz": -2, "name": "x"})
+
+
+def test_a_wrong_default_without_source_is_named():
+    wrong = create_model("Wrong", __base__=Parameters, rate_hz=(float, "fast"))
+    with pytest.raises(InvalidDeclaration, match="Wrong: the default of rate_hz must be a number") as caught:
+        validate(wrong, {})
+    assert caught.value.place is None
 
 
 def test_parameters_cannot_be_changed_in_place():
