@@ -99,10 +99,10 @@ def run(
     `busflow run`.
 
     Raises:
-        LaunchError: the graph cannot run.
+        LaunchError: the graph cannot run, or there is nothing to run.
         NotRunning: an event loop runs in this thread already, as in a notebook.
     """
-    _refuse_in_a_loop()
+    _check_that_it_can_run(what)
     outer = dict(os.environ)
     ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
     descriptions = [each for each in ready if isinstance(each, LaunchDescription)]
@@ -129,12 +129,16 @@ def run(
         return _run_to_end(graph, new_loop, group)
 
 
-def _refuse_in_a_loop() -> None:
-    """Refuse to run a graph to its end inside of a running event loop.
+def _check_that_it_can_run(what: Sequence[What]) -> None:
+    """Refuse to run nothing, and to run a graph to its end inside of a running event loop.
 
     Raises:
+        LaunchError: there is nothing to run.
         NotRunning: the message names the way out.
     """
+    if not what:
+        fix = 'give run() a launch file, or node classes: busflow.run("robot.yaml")'
+        raise LaunchError([Problem("no-nodes", "there is nothing to run", fix)])
     try:
         asyncio.get_running_loop()
     except RuntimeError:

@@ -50,6 +50,11 @@ def test_run_refuses_a_graph_that_cannot_run():
         busflow.run(Counting, Counting, inspect=False)
 
 
+def test_run_without_arguments_is_refused():
+    with pytest.raises(LaunchError, match=r"there is nothing to run\n  fix: give run\(\) a launch file"):
+        busflow.run(inspect=False)
+
+
 def test_launch_runs_nodes_in_the_running_loop(capsys):
     async def main():
         async with busflow.launch(Counting) as graph:
