@@ -6,6 +6,7 @@ import keyword
 import re
 import shutil
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -56,12 +57,14 @@ def _checked_name(directory: Path) -> str:
     proposal = re.sub(r"[^a-z0-9]+", "_", name.lower()).lstrip("_0123456789")[:_LONGEST].rstrip("_")
     raise click.ClickException(
         f"{name[:_LONGEST]!r} cannot name a project: use at most {_LONGEST} lower-case letters, digits and single '_', "
-        f"a letter first, and neither a keyword nor busflow" + (f"; try {proposal}" if _is_name(proposal) else "")
+        "a letter first, and no keyword or Python package" + (f"; try {proposal}" if _is_name(proposal) else "")
     )
 
 
 def _is_name(name: str) -> bool:
-    return bool(_NAME.fullmatch(name)) and len(name) <= _LONGEST and not keyword.iskeyword(name) and name != "busflow"
+    is_word = bool(_NAME.fullmatch(name)) and len(name) <= _LONGEST and not keyword.iskeyword(name)
+    # To install the project would take a package's place. A folder without code has no origin.
+    return is_word and getattr(find_spec(name), "origin", None) is None
 
 
 def _write(directory: Path, name: str) -> None:
