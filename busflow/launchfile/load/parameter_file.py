@@ -23,6 +23,7 @@ from busflow.text import did_you_mean
 
 _SECTION = "ros__parameters"
 _WILDCARDS = ("*", "**")
+_MEANING = "* stands for one part, ** for any number"
 
 
 def names_nodes(file: Value) -> bool:
@@ -53,7 +54,8 @@ def of_node(file: Value, node: str, stated: Origin) -> Value:
     found = [section for name, section in sections if _matches(name, node)]
     if not found:
         path = file.origin.place.file if file.origin.place is not None else "the file"
-        fix = did_you_mean(node, [name for name, _ in sections])
+        names = [name for name, _ in sections if "*" not in name]
+        fix = did_you_mean(node, names, none=f"in the name of a section {_MEANING}")
         raise LaunchError([problem_at("no-section", f"{path} has no parameters for {node}", fix, stated)])
     return reduce(Value.merged, found)
 
@@ -88,7 +90,7 @@ def _sections(value: Value, above: str) -> Iterator[tuple[str, Value]]:
         for part in inner.split("/") if inner else ():
             fault = node_name_fault(part)
             if fault is not None and part not in _WILDCARDS:
-                fix = "a name has parts of letters, digits and _; * stands for one part, ** for any number"
+                fix = f"a name has parts of letters, digits and _; {_MEANING}"
                 _refuse(f"{key} is not the name of a node: {fault.message}", fix, member)
         if not member.members:
             _refuse(f"{_SECTION}: is missing below {key}", f"write the parameters below {_SECTION}:", member)

@@ -23,7 +23,13 @@ def _variable(name: str) -> str:
     return name
 
 
-_Text = Annotated[str, Field(pattern=r"^[^\x00]*$")]
+def _text(value: str) -> str:
+    if "\0" in value:
+        raise ValueError("the value of a variable has no NUL byte")
+    return value
+
+
+_Text = Annotated[str, AfterValidator(_text)]
 Environment = dict[Annotated[str, AfterValidator(_variable)], _Text | int | float | bool]
 """What an environment can hold."""
 

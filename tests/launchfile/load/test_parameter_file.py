@@ -87,6 +87,13 @@ def test_file_without_the_node_is_an_error(folder):
     ]
 
 
+def test_section_that_misses_by_wildcard_is_explained(folder):
+    folder.write("/*/camera: {ros__parameters: {x: 1}}\n", "p.yaml")
+    assert folder.report("nodes:\n  camera: {plugin: p, parameters_from: p.yaml}\n").splitlines()[-1] == (
+        "  fix: in the name of a section * stands for one part, ** for any number"
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [

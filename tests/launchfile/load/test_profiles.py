@@ -112,3 +112,8 @@ def test_stated_variables_reach_expressions_and_includes(folder):
     }
     assert found.environment == {"ROBOT": "r1", "B": "2", "THREADS": "1", "QUIET": "true"}
     assert folder.load(text, env={"ROBOT": "r2"}).environment["ROBOT"] == "r2"
+
+
+def test_nul_byte_in_a_variable_is_named(folder):
+    report = folder.report('env: {A: "x\\0y"}\nnodes: {}\n')
+    assert report.splitlines()[0] == "lab1.yaml:1:10: error: env.A: the value of a variable has no NUL byte"
