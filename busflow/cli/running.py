@@ -99,20 +99,14 @@ class Run:
         if self._spreads:
             self._refuse(trace is not None, "--trace", "a trace works only in one process")
             self._refuse(self._inspect is False, "--no-inspect", "the processes of a run inspect each other")
-        _refuse_overwriting(self._description.files, report, trace)
-        new = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _create(path, option)]
-        try:
-            with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
-                attach_programs(graph, [self._placement])
-                if self._group is None and self._record is not None:  # a group has each of its processes record itself
-                    from busflow.recording.recorder.recorder import record_graph
+        _check_outputs(self._description.files, report, trace)
+        with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
+            attach_programs(graph, [self._placement])
+            if self._group is None and self._record is not None:  # a group has each of its processes record itself
+                from busflow.recording.recorder.recorder import record_graph
 
-                    record_graph(graph, self._record)
-                code = self._run(graph, for_s, loop_factory, report)
-        except LaunchError:
-            for path in new:
-                path.unlink(missing_ok=True)  # nothing ran, so there is nothing to report
-            raise
+                record_graph(graph, self._record)
+            code = self._run(graph, for_s, loop_factory, report)
         outcome = self._outcome(graph)
         lost = [(traced and traced.error, trace), (_written(outcome, report), report)]
         code = code or (ExitCode.FAILED if any(error for error, _ in lost) else ExitCode.OK)
@@ -255,9 +249,15 @@ def _traced(graph: Graph, path: Path | None) -> Generator[_Lines | None]:
         return
     from busflow.testing.trace import Trace
 
-    with closing(_Lines(path)) as lines:
-        Trace(graph, lines.write)
-        yield lines
+    new = not path.exists()
+    try:
+        with closing(_Lines(path)) as lines:
+            Trace(graph, lines.write)
+            yield lines
+    except LaunchError:  # nothing ran, so there is nothing to trace
+        if new:
+            path.unlink()
+        raise
 
 
 def _written(outcome: Report, path: Path | None) -> OSError | None:
@@ -270,11 +270,13 @@ def _written(outcome: Report, path: Path | None) -> OSError | None:
     return None
 
 
-def _refuse_overwriting(files: Sequence[Path], report: Path | None, trace: Path | None) -> None:
-    """Refuse a report or trace that would overwrite a file of the run, and both in one file."""
+def _check_outputs(files: Sequence[Path], report: Path | None, trace: Path | None) -> None:
+    """Refuse a report or trace that cannot be written or would overwrite a file of the run, and both in one file."""
     for path, option in ((report, "--report"), (trace, "--trace")):
         if path and any(_same(path, each) for each in files):
             raise click.BadParameter(f"{path} is a file of this run: name another one", param_hint=option)
+        if path:
+            _check_writable(path, option)
     if report and trace and _same(report, trace) and (report.is_file() or not report.exists()):  # both may be /dev/null
         raise click.BadParameter(f"the report is written to {trace}: name another file", param_hint="--trace")
 
@@ -286,11 +288,12 @@ def _same(one: Path, other: Path) -> bool:
         return one.resolve() == other.resolve()
 
 
-def _create(path: Path, option: str) -> bool:
-    """Create a file before the run, to check that it can be written; return False if it existed before."""
+def _check_writable(path: Path, option: str) -> None:
+    """Check before the run that a file can be written; a run that is killed leaves none."""
     new = not path.exists()
     try:
         path.open("a", encoding="utf-8").close()
+        if new:
+            path.resolve().unlink()  # not a link to it
     except OSError as error:
         raise click.BadParameter(f"cannot write {path}: {error.strerror}", param_hint=option) from None
-    return new

@@ -225,6 +225,7 @@ def test_signal_ends_the_run_with_its_table(number: signal.Signals, code: int):
     ) as process:
         assert process.stderr is not None
         process.stderr.readline()
+        assert not Path("run.json").exists(), "a run that is killed now leaves no empty file"
         process.send_signal(number)
         out, err = process.communicate(timeout=60)
     assert process.returncode == code
