@@ -22,6 +22,7 @@ from busflow.processes.shares import Shares
 from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
 from busflow.ros2 import attach_successor, ros2_network
 from busflow.runner.extension import Extension
+from busflow.runner.run import AROUND_S
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership, card_of
 from busflow.wire.zenoh.held_port import HeldPort
@@ -43,8 +44,11 @@ if TYPE_CHECKING:
 START_TIMEOUT_S = 60.0
 """Time limit for all processes to get ready, in wall time: some load a gigabyte before they build a node."""
 _WARN_S = 10.0
-_KILL_S = 0.2
-"""Time until a process is killed, beyond the grace of its nodes and the end of its recording."""
+_KILL_S = AROUND_S + 0.2
+"""Time until a process is killed, beyond the grace of its nodes and the end of its recording.
+
+It has ended itself by then, unless it is stopped or in a call that keeps its other threads waiting.
+"""
 _LEAVE_S = 0.3
 """Time to read the last reports after the processes have been killed."""
 
@@ -336,9 +340,9 @@ class ProcessGroup(Extension):
         for worker in reversed(self.workers):
             worker.ask_to_stop(self._graph.exit_code)
         await asyncio.sleep(0)
-        loop = asyncio.get_running_loop()
+        kill_s = self._graph.grace_s + self._kill_s
         for worker in self.workers:
-            loop.call_later(self._graph.grace_s + self._kill_s, worker.kill, "did not stop in time")
+            asyncio.get_running_loop().call_later(kill_s, worker.kill, "did not stop in time")
 
     # Called by the worker processes.
 

@@ -18,7 +18,7 @@ from busflow.runner.orphan_tasks import OrphanTasks, orphans_left, unawaited_log
 from busflow.runner.signals import SignalGuard
 from busflow.runner.supervisor import Supervisor
 
-_AROUND_S = 2.0
+AROUND_S = 2.0
 """Time beyond the grace in which a run that makes progress ends its nodes and its session, on a busy machine."""
 
 
@@ -48,7 +48,7 @@ def run_graph(
             await graph.stop()
         await graph.wait()
 
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=_AROUND_S + graph.end_s)
+    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=AROUND_S + graph.end_s)
     guard.last_act = last_act
     with (
         guard,

@@ -91,7 +91,7 @@ def test_main_process_restarts_all_dead_workers(start):
 
 
 @pytest.mark.long
-def test_stopped_process_does_not_delay_the_end(start, have_ended):
+def test_stopped_process_is_killed_at_the_end(start, have_ended):
     run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v", grace="750ms")
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
@@ -130,10 +130,9 @@ def test_process_ended_by_force_fails_the_run(start):
     (far,) = [each for each in run.report()["processes"] if each["name"] == "far"]
     assert (run.report()["exit_code"], far["state"], len(far["fates"])) == (1, "failed", 1)
     (fate,) = far["fates"]
+    assert fate == "the process far did not stop in time, and had to end itself"
     assert [each["level"] for each in run.log() if each["event"] == fate] == ["error"]
-    if fate != "the process far was ended by SIGKILL, since it did not stop in time":  # as on a busy machine
-        assert fate == "the process far did not stop in time, and had to end itself"
-        assert any("did not end within" in line and "stuck.py" in line for line in run.lines)
+    assert any("did not end within" in line and "stuck.py" in line for line in run.lines)
 
 
 PACED = """
