@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 DEPTH = 10
 """The default number of feedback messages that wait for the task that reads them."""
 _PATIENCE_NS = NS_PER_S // 5
-"""How long after a result the last feedback before it may come, which takes another way between processes."""
+"""How long after a result the next feedback before it may come, which takes another way between processes."""
 
 
 class FeedbackQueue:
@@ -43,13 +43,13 @@ class FeedbackQueue:
         full = len(self.items) == self.items.maxlen
         self.items.append(feedback)
         self._come += 1
-        if self._come == self._expected:
-            self.end()
+        self.expect(self._expected)
         wake(self.waiting)
         return full
 
     def expect(self, count: int) -> None:
-        """Wait for a while until as many have come as were published before the result."""
+        """Wait until as many have come as were published before the result, or no more comes for a while."""
+        self.end()
         if count > self._come:
             self._expected = count
             self._patience = self._clock.call_at(self._clock.monotonic_ns() + _PATIENCE_NS, self.end)

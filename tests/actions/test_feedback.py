@@ -4,6 +4,7 @@ import asyncio
 
 import pytest
 
+from busflow.actions.feedback import FeedbackQueue
 from busflow.testing import harness, virtual_time
 from tests.actions.conftest import Arm, Boss, MoveTo
 
@@ -20,6 +21,18 @@ async def test_late_feedback_is_waited_for_briefly(delay: float, seen: list[int]
             assert [each.left async for each in going] == seen
             assert lab.clock.seconds() == pytest.approx(seconds)
             assert (await going.result()).angle == 3
+
+
+@virtual_time
+async def test_late_feedback_extends_the_wait_for_more():
+    async with harness(Boss) as lab:
+        queue = FeedbackQueue(10, lab.clock)
+        queue.expect(3)
+        for each in range(3):
+            await lab.advance(0.15)
+            assert queue.is_late
+            queue.push(each)
+        assert not queue.is_late, "all has come"
 
 
 async def feedback_of(going):
