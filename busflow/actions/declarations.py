@@ -105,11 +105,11 @@ class ActionDeclaration(ComposedDeclaration[ActionServer[A]], Generic[A]):
             return _endpoint(self, runtime, service_type, suffix)
 
         server.endpoints = ServerEndpoints(
-            goals=GoalServer(types.send_goal, endpoint(types.send_goal, SEND_GOAL), server.on_goal, server.line),
+            goals=GoalServer(types.send_goal, endpoint(types.send_goal, SEND_GOAL), server.on_goal, server.open_goals),
             cancels=runtime.create_service(
                 CancelGoal, name + CANCEL_GOAL, server.on_cancel, depth=DEPTH, origin=origin, line=line
             ),
-            results=ResultServer(types.get_result, endpoint(types.get_result, GET_RESULT), server, server.line),
+            results=ResultServer(types.get_result, endpoint(types.get_result, GET_RESULT), server, server.open_goals),
             feedback=runtime.create_publisher(types.feedback, name + FEEDBACK, _FEEDBACK_QOS, origin=origin, line=line),
             status=StatusPublisher(
                 runtime.endpoint(GoalStatusArray, name + STATUS, ACTION_STATUS_DEFAULT, layers, origin, line),

@@ -35,18 +35,18 @@ LOST = "lost"
 class GoalServer(Server[Any, Any]):
     """The server of `send_goal`, whose account is the action's."""
 
-    __slots__ = ("forget", "line", "outcomes")
+    __slots__ = ("forget", "open_goals", "outcomes")
 
     def __init__(
         self,
         service_type: type[ServiceType],
         endpoint: ServiceEndpoint,
         handler: RequestHandler[Any, Any],
-        line: OpenGoals,
+        open_goals: OpenGoals,
     ) -> None:
-        """Create the server of an action whose goals stand in a line."""
+        """Create the server of an action, whose statistics count these goals too."""
         super().__init__(service_type, endpoint, handler)
-        self.line: OpenGoals = line
+        self.open_goals: OpenGoals = open_goals
         self.outcomes: Counter[str | GoalState] = Counter()
         """The number of goals by outcome."""
         self.forget: Callable[[str], None] = lambda _client: None
@@ -76,8 +76,8 @@ class GoalServer(Server[Any, Any]):
             succeeded=self.outcomes[GoalState.SUCCEEDED],
             aborted=self.outcomes[GoalState.ABORTED],
             canceled=self.outcomes[GoalState.CANCELED],
-            running=len(self.line.running),
-            queued=len(self.line.waiting) + requests.waiting,
+            running=len(self.open_goals.running),
+            queued=len(self.open_goals.waiting) + requests.waiting,
         )
 
 
@@ -101,19 +101,19 @@ class Goals(Protocol):
 class ResultServer(Server[Any, Any]):
     """The server of `get_result`: it answers each request when its goal has ended, in any order."""
 
-    __slots__ = ("_goals", "_line")
+    __slots__ = ("_goals", "_open_goals")
     received: int
     served: int
     withdrawn: int
     lost: int
 
     def __init__(
-        self, service_type: type[ServiceType], endpoint: ServiceEndpoint, goals: Goals, line: OpenGoals
+        self, service_type: type[ServiceType], endpoint: ServiceEndpoint, goals: Goals, open_goals: OpenGoals
     ) -> None:
-        """Create the server of the results of these goals, which stand in a line."""
+        """Create the server of the results of these goals."""
         super().__init__(service_type, endpoint, _answered_otherwise)
         self._goals: Goals = goals
-        self._line: OpenGoals = line
+        self._open_goals: OpenGoals = open_goals
 
     def accept(self, call: Call[Any, Any]) -> None:
         """Take a call: it is answered now if its goal has ended, or is unknown."""
@@ -150,7 +150,7 @@ class ResultServer(Server[Any, Any]):
     def holder(self, call: Call[Any, Any]) -> Activity | None:
         """Return the activity of the goal that is asked for, or of the goal before it."""
         goal = self._goals.find(key_of(call.request.goal_id))
-        ahead = None if goal is None or goal.response is not None else self._line.ahead_of(goal)
+        ahead = None if goal is None or goal.response is not None else self._open_goals.ahead_of(goal)
         return None if ahead is None else ahead.activity
 
     def close(self) -> None:

@@ -26,7 +26,7 @@ class OpenGoals:
     """The goals of one server that have not ended."""
 
     def __init__(self, when_busy: WhenBusy, at_most: int) -> None:
-        """Create an empty line.
+        """Create the account of a server without goals.
 
         Args:
             when_busy: What is done with a goal while another one runs.

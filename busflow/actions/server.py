@@ -81,7 +81,7 @@ class ActionServer(Generic[A]):
         self.endpoints: ServerEndpoints
         self.action: str = name
         """The action's final name."""
-        self.line: OpenGoals = OpenGoals(options.when_busy, options.at_most)
+        self.open_goals: OpenGoals = OpenGoals(options.when_busy, options.at_most)
         """The goals that have not ended."""
         self._type, self._types, self._options = action_type, types, options
         self._handler, self._accepts = handler, accepts
@@ -124,9 +124,9 @@ class ActionServer(Generic[A]):
             self._log.info(f"a goal of {self.action} is rejected: {refusal}")
             return response(accepted=False, stamp=stamp)
         goal: RunningGoal[Any] = RunningGoal(self, request, client=self.endpoints.goals.caller, stamp=stamp)
-        replaced = self.line.replaced()
+        replaced = self.open_goals.replaced()
         self._active[goal.key] = goal
-        self.line.waiting.append(goal)
+        self.open_goals.waiting.append(goal)
         for each in replaced:
             self._ask_to_end(each, GoalState.ABORTED, f"superseded by the goal {goal.id}")
         self._begin_next()
@@ -147,11 +147,11 @@ class ActionServer(Generic[A]):
                 return printable(reason(error), limit=400)
             if answer is not True:
                 return printable(answer, limit=400) if isinstance(answer, str) else "its node does not accept it"
-        return self.line.refusal()
+        return self.open_goals.refusal()
 
     def _begin_next(self) -> None:
         """Run the next goal that waits, if there is room: one has come, or one has ended."""
-        goal = self.line.next()
+        goal = self.open_goals.next()
         if goal is None:
             return
         goal.state = GoalState.EXECUTING
@@ -235,7 +235,7 @@ class ActionServer(Generic[A]):
         goal.state, goal.reason = state, why
         goal.task = goal.handling = None
         del self._active[goal.key]
-        self.line.remove(goal)
+        self.open_goals.remove(goal)
         self.endpoints.goals.outcomes[state] += 1
         response: Any = self._types.get_result.Response
         goal.response = response(status=int(state), result=self._type.Result() if result is None else result)
@@ -308,7 +308,7 @@ class ActionServer(Generic[A]):
 
     def close(self) -> None:
         """End every goal, because the node ends; the tasks of their handlers are cancelled with the node's."""
-        for goal in (*self.line.waiting, *self.line.running):  # in this order none that waits begins
+        for goal in (*self.open_goals.waiting, *self.open_goals.running):  # in this order none that waits begins
             self.finish(goal, GoalState.ABORTED, f"{self._life.name} has ended")
         self.endpoints.status.keep()  # for the node's next start, whose server knows none of these goals
 
