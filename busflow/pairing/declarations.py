@@ -14,7 +14,7 @@ from busflow.node.declarations import ComposedDeclaration, checked_name, checked
 from busflow.node.node import Node, runtime_of
 from busflow.node.signatures import line_of, names_used, resolve
 from busflow.pairing.group import HoldGroup, StampGroup, SynchronizedGroup
-from busflow.pairing.members import Member, require_header
+from busflow.pairing.members import SUPERSEDED, UNPAIRED, Member, MemberQueue, require_header
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
 
@@ -69,7 +69,8 @@ class SynchronizedDeclaration(ComposedDeclaration[Callable[P, R]], Generic[P, R]
         layers = runtime.surroundings.subscription_qos
         for number, (topic, kind) in enumerate(zip(self._topics, self._types(), strict=True)):
             endpoint = runtime.endpoint(kind, topic, QoS(depth=self._depth), layers, self.origin, self.written)
-            group.members.append(Member(kind, endpoint, group, held=number >= self._triggers))
+            queue = MemberQueue(self._depth, UNPAIRED if number < self._triggers else SUPERSEDED)
+            group.members.append(Member(kind, endpoint, group, queue))
         for member in group.members:
             runtime.endpoints.add(member)
         return bound

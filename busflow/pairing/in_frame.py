@@ -8,14 +8,12 @@ from collections.abc import Callable, Coroutine
 from inspect import iscoroutinefunction
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
-from busflow.bus.endpoint import Endpoint
 from busflow.bus.expiry import message_of
 from busflow.bus.failure import is_failure, refuse_coroutine
 from busflow.bus.qos import QoS
-from busflow.clock import Clock, Time
+from busflow.clock import NS_PER_S, Clock, Time
 from busflow.errors import InvalidDeclaration, TransformError
 from busflow.frames.declarations import Frames
-from busflow.interfaces.message import Message
 from busflow.node.declarations import ComposedDeclaration
 from busflow.node.handlers import Handler, SubscriptionRole
 from busflow.node.node import Node, runtime_of
@@ -106,7 +104,7 @@ class FrameWaiter:
     async def _is_there(self, message: Any, member: Member) -> bool:
         queue, stamp = member.queue, stamp_ns(message)
         arrived_ns = queue.oldest_ns if isinstance(queue, _ArrivalQueue) else 0
-        left_s = max(0, arrived_ns + self._wait_ns - self._clock.monotonic_ns()) / 1e9
+        left_s = max(0, arrived_ns + self._wait_ns - self._clock.monotonic_ns()) / NS_PER_S
         frame = message.header.frame_id
         try:
             await self._frames.lookup(self._target, frame, at=Time(stamp), timeout=left_s)
@@ -173,13 +171,6 @@ class InFrameDeclaration(ComposedDeclaration[Callable[P, R]], Generic[P, R]):
         waiter = FrameWaiter(bound, self.origin, frames, self._target, wait_ns=self._wait_ns, clock=around.clock)
         layers = around.subscription_qos
         endpoint = runtime.endpoint(kind, self._topic, self._qos, layers, self.origin, self.written)
-        runtime.endpoints.add(WaitingMember(kind, endpoint, waiter, around.clock))
+        queue = _ArrivalQueue(endpoint.qos.depth, around.clock)
+        runtime.endpoints.add(Member(kind, endpoint, waiter, queue))
         return bound
-
-
-class WaitingMember(Member):
-    """The subscription whose messages wait for a transform."""
-
-    def __init__(self, message_type: type[Message], endpoint: Endpoint, waiter: FrameWaiter, clock: Clock) -> None:
-        super().__init__(message_type, endpoint, waiter, held=True)
-        self._have(_ArrivalQueue(endpoint.qos.depth, clock))

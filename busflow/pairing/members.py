@@ -53,11 +53,12 @@ class Serving(Protocol):
 class MemberQueue(Queue[Any]):
     """A queue of the newest messages, which drops the oldest for a reason of its own."""
 
-    __slots__ = ("_reason", "on_unpaired")
+    __slots__ = ("on_unpaired", "reason")
 
-    def __init__(self, depth: int, reason: str = UNPAIRED) -> None:
+    def __init__(self, depth: int, reason: str) -> None:
         super().__init__(depth)
-        self._reason = reason
+        self.reason: str = reason
+        """The reason of each of its drops."""
         self.on_unpaired: Callable[[Any, float | None], None] | None = None
 
     def push(self, item: Any) -> None:
@@ -69,7 +70,7 @@ class MemberQueue(Queue[Any]):
     def drop(self, nearest_s: float | None) -> None:
         """Drop the oldest message, which found no partner."""
         item = self.items[0]
-        self.discard(self._reason)
+        self.discard(self.reason)
         if self.on_unpaired is not None:
             self.on_unpaired(message_of(item), nearest_s)
 
@@ -79,17 +80,17 @@ class Member(Subscription[Any]):
 
     delivered: int
 
-    def __init__(self, message_type: type[Message], endpoint: Endpoint, group: Serving, *, held: bool = False) -> None:
-        """Create the subscription; of one that is held, only the newest message counts."""
+    def __init__(self, message_type: type[Message], endpoint: Endpoint, group: Serving, queue: MemberQueue) -> None:
+        """Create the subscription; drops of its queue are events where their reason is `unpaired`."""
         super().__init__(message_type, endpoint, _no_handler)
         self.remark: str = ""
         """The reason of its last drop in words, for `busflow doctor`."""
-        self._group, self._held = group, held
-        self._have(MemberQueue(endpoint.qos.depth, SUPERSEDED if held else UNPAIRED))
+        self._group = group
+        self._have(queue)
         self._link_queue()
 
     def _link_queue(self) -> None:
-        if isinstance(self.queue, MemberQueue) and not self._held:
+        if isinstance(self.queue, MemberQueue) and self.queue.reason == UNPAIRED:
             self.queue.on_unpaired = self._report
 
     def adopt(self, predecessor: Subscription[Any], on_failure: Any) -> None:
