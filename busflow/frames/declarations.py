@@ -11,7 +11,7 @@ from busflow.clock import NS_PER_S, nanoseconds_of
 from busflow.errors import NotRunning, TransformError
 from busflow.frames.moving import moved, stamp_and_frame
 from busflow.frames.rigid import Rigid
-from busflow.frames.shared import DEPTH, SharedFrames, shared_frames
+from busflow.frames.shared import DEPTH, FIXED, MOVING, SharedFrames, shared_frames
 from busflow.frames.tree import Gap
 from busflow.msgs.builtin_interfaces import Time as TimeMsg
 from busflow.msgs.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
@@ -32,13 +32,12 @@ if TYPE_CHECKING:
 
     S = TypeVar("S", bound=Stamped)
 
-MOVING, FIXED = "/tf", "/tf_static"
 TIMEOUT_S = 0.1
 """Seconds that a lookup waits where it does not say."""
-_LISTENS = QoS(depth=DEPTH)
-_LISTENS_FIXED = QoS(depth=DEPTH, durability=Durability.TRANSIENT_LOCAL)
-_SENDS = QoS(depth=100)
-_SENDS_FIXED = QoS(depth=1, durability=Durability.TRANSIENT_LOCAL)
+_SUBSCRIPTION_QOS = QoS(depth=DEPTH)
+_FIXED_SUBSCRIPTION_QOS = QoS(depth=DEPTH, durability=Durability.TRANSIENT_LOCAL)
+_PUBLISHER_QOS = QoS(depth=100)
+FIXED_PUBLISHER_QOS = QoS(depth=1, durability=Durability.TRANSIENT_LOCAL)
 
 
 class TransformsDeclaration(ComposedDeclaration["Frames"]):
@@ -60,6 +59,16 @@ def transforms() -> TransformsDeclaration:
     return TransformsDeclaration()
 
 
+def transform_message(parent: str, child: str, rigid: Rigid, stamp: TimeMsg) -> TransformStamped:
+    """Return the message of a motion from a child frame to its parent."""
+    x, y, z, qx, qy, qz, qw = rigid
+    return TransformStamped(
+        header=Header(stamp=stamp, frame_id=parent),
+        child_frame_id=child,
+        transform=Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)),
+    )
+
+
 class Frames:
     """The frames of the robot as one node uses them; the tree behind it is one for all nodes of the process."""
 
@@ -69,7 +78,7 @@ class Frames:
         self._sent_fixed: dict[str, TransformStamped] = {}
         self._publishers: dict[str, Publisher[TFMessage]] = {}
         self._shared: SharedFrames | None = None
-        for topic, qos in ((MOVING, _LISTENS), (FIXED, _LISTENS_FIXED)):
+        for topic, qos in ((MOVING, _SUBSCRIPTION_QOS), (FIXED, _FIXED_SUBSCRIPTION_QOS)):
             take = self._delivered if topic == MOVING else self._delivered_fixed
             runtime.create_subscription(TFMessage, topic, take, qos, origin=declared.origin, line=declared.written)
         runtime.on_connect.append(self._connect)
@@ -163,13 +172,9 @@ class Frames:
 
     @staticmethod
     def _message(target: str, source: str, found: tuple[Rigid, int]) -> TransformStamped:
-        (x, y, z, qx, qy, qz, qw), stamp_ns = found
+        rigid, stamp_ns = found
         sec, nanosec = divmod(stamp_ns, NS_PER_S)
-        return TransformStamped(
-            header=Header(stamp=TimeMsg(sec=sec, nanosec=nanosec), frame_id=target),
-            child_frame_id=source,
-            transform=Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)),
-        )
+        return transform_message(target, source, rigid, TimeMsg(sec=sec, nanosec=nanosec))
 
     # Sending.
 
@@ -181,7 +186,7 @@ class Frames:
                 give a frame another parent than the one that another node of this process sends.
         """
         self._tree.claim(transforms, self._runtime.full_name, self._moving)
-        self._publisher(MOVING, _SENDS).publish(TFMessage(transforms=transforms))
+        self._publisher(MOVING, _PUBLISHER_QOS).publish(TFMessage(transforms=transforms))
 
     def send_static(self, *transforms: TransformStamped) -> None:
         """Publish transforms that hold for ever, on `/tf_static`; what comes later gets all that this node sent so far.
@@ -192,7 +197,7 @@ class Frames:
         self._tree.claim(transforms, self._runtime.full_name, self._fixed)
         self._sent_fixed.update((each.child_frame_id, each) for each in transforms)
         message = TFMessage(transforms=tuple(self._sent_fixed.values()))
-        self._publisher(FIXED, _SENDS_FIXED).publish(message)
+        self._publisher(FIXED, FIXED_PUBLISHER_QOS).publish(message)
 
     def _publisher(self, topic: str, qos: QoS) -> Publisher[TFMessage]:
         """Return the node's publisher of a topic, made at the first transform: most nodes only ask."""

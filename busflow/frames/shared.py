@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from busflow.msgs.geometry_msgs import TransformStamped
     from busflow.msgs.tf2_msgs import TFMessage
 
+MOVING, FIXED = "/tf", "/tf_static"
+"""The topics of frames that move and of those that do not, before they are remapped."""
 DEPTH = 100
 """The depth of a node's subscriptions, as in tf2."""
 _MOST_WARNINGS = 100

@@ -7,11 +7,9 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from busflow.bus.qos import Durability, QoS
+from busflow.frames.declarations import FIXED_PUBLISHER_QOS, transform_message
 from busflow.frames.rigid import TOLERANCE, Rigid, from_rpy
-from busflow.msgs.builtin_interfaces import Time as TimeMsg
-from busflow.msgs.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
-from busflow.msgs.std_msgs import Header
+from busflow.frames.shared import FIXED
 from busflow.msgs.tf2_msgs import TFMessage
 from busflow.node.declarations import publisher
 from busflow.node.node import Node
@@ -60,19 +58,14 @@ class StaticFrames(Node):
     """Publishes frames that never move on `/tf_static`, as `frames:` of a launch file states them."""
 
     parameters: StaticFramesParameters
-    _fixed = publisher(TFMessage, "/tf_static", qos=QoS(depth=1, durability=Durability.TRANSIENT_LOCAL))
+    _fixed = publisher(TFMessage, FIXED, qos=FIXED_PUBLISHER_QOS)
 
     async def start(self) -> None:
         """Publish the frames, once: `/tf_static` keeps them for whatever comes later."""
-        stamp, stated = self.clock.now().to_msg(), self.parameters.frames.items()
-        edges = (_message(parent, child, frame, stamp) for parent, below in stated for child, frame in below.items())
-        self._fixed.publish(TFMessage(transforms=tuple(edges)))
-
-
-def _message(parent: str, child: str, frame: FixedFrame, stamp: TimeMsg) -> TransformStamped:
-    x, y, z, qx, qy, qz, qw = frame.numbers
-    return TransformStamped(
-        header=Header(stamp=stamp, frame_id=parent),
-        child_frame_id=child,
-        transform=Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)),
-    )
+        stamp = self.clock.now().to_msg()
+        transforms = tuple(
+            transform_message(parent, child, frame.numbers, stamp)
+            for parent, children in self.parameters.frames.items()
+            for child, frame in children.items()
+        )
+        self._fixed.publish(TFMessage(transforms=transforms))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from busflow.clock import monotonic
 from busflow.errors import MalformedMessage, NoSuchTarget
+from busflow.frames.shared import FIXED, MOVING
 from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import GraphView
 
-MOVING, FIXED = "/tf", "/tf_static"
 TYPE = "tf2_msgs/msg/TFMessage"
 _CHECK_S = 0.5
 """The interval at which to check that the run is alive, while nothing comes."""
