@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.patterns import Selection
 from busflow.errors import BagError
-from busflow.launchfile.model.description import OnDrop
 from busflow.processes.shares import Shares, unlike
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.rosbag2 import LACKING, REPORT
@@ -24,7 +23,7 @@ from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.preflight import Plan
-    from busflow.launchfile.model.description import RecordSpec
+    from busflow.launchfile.model.description import OnDrop, RecordSpec
     from busflow.launchfile.model.placement import Placement
     from busflow.log import Logger
     from busflow.recording.recorder.share import Share
@@ -91,9 +90,9 @@ class JointRecording(Extension):
         return self._shares.of(process, files[-1])
 
     @property
-    def is_to_be_complete(self) -> bool:
-        """True if the run has to end when a message is missing (`on_drop: fail`)."""
-        return self._spec.on_drop is OnDrop.FAIL
+    def on_drop(self) -> OnDrop:
+        """What the run does if a message is missing."""
+        return self._spec.on_drop
 
     def so_far(self, recordings: Sequence[Mapping[str, Any]]) -> RecordingReport:
         """Return the recording's state, from the reports of all processes, those from before a restart included."""

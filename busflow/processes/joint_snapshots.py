@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BagError, IncompleteRecording, NotRunning
-from busflow.launchfile.model.description import OnDrop
 from busflow.recording.bag.rosbag2_metadata import describe_recordings
 from busflow.recording.recorder.destination import as_directory, foresee_snapshots, numbered, refusal
 from busflow.recording.recorder.snapshot import MOST_AT_ONCE, FailureSnapshots
@@ -146,11 +145,14 @@ class JointSnapshots(Extension):
         if found.complete:
             return
         text = f"the snapshot {printable(found.path)} is incomplete: {printable(found.why)}"
-        if self._spec.on_drop is OnDrop.FAIL:
-            with suppress(NotRunning):  # the run is over and cannot fail any more
-                self._graph.bus.call(lambda: self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)")))
-                return
-        self._log.warning(text)
+        self._spec.on_drop.apply(text, warn=self._log.warning, fail=self._fail)
+
+    def _fail(self, error: IncompleteRecording) -> None:
+        """Fail the run; called in any thread."""
+        try:
+            self._graph.bus.call(partial(self._graph.give_up, error))
+        except NotRunning:  # the run is over and cannot fail any more
+            self._log.warning(str(error))
 
 
 def _joined(pending: _Pending, *, written: bool) -> SnapshotReport:

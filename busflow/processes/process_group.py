@@ -228,11 +228,13 @@ class ProcessGroup(Extension):
         if outcome is None or not outcome.why:
             return
         text = f"the recording {printable(outcome.path)} is incomplete: {printable(outcome.why)}"
-        if not recording.is_to_be_complete:
-            self._log.warning(text)
-        elif self._graph.exit_code is ExitCode.OK:
-            self._graph.conclude(ExitCode.INCOMPLETE)
-            self._recording_failures.append(f"{text} (on_drop: fail)")
+        recording.on_drop.apply(text, warn=self._log.warning, fail=self._fail_ended)
+
+    def _fail_ended(self, error: IncompleteRecording) -> None:
+        """Fail a run whose nodes have ended, unless it has failed already."""
+        if self._graph.exit_code is ExitCode.OK:
+            self._graph.conclude(error.exit_code)
+            self._recording_failures.append(str(error))
 
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
         """Return the recording reports of all processes, those from before a restart included."""
@@ -414,10 +416,11 @@ class ProcessGroup(Extension):
             if outcome.failure and not outcome.reported_end:
                 self._snapshots.fail(outcome.failure)
         recording: Mapping[str, Any] = (outcome.report or {}).get("recording") or {}
-        if self._recording is not None and self._recording.is_to_be_complete and not recording.get("complete"):
+        if self._recording is not None and not recording.get("complete"):
             why = outcome.failure or f"the process {worker.name} has not finished its file"
-            path = printable(self._recording.path)
-            self._graph.give_up(IncompleteRecording(f"the recording {path} is incomplete: {why} (on_drop: fail)"))
+            text = f"the recording {printable(self._recording.path)} is incomplete: {why}"
+            # A warning waits for `finish`, which examines all files.
+            self._recording.on_drop.apply(text, warn=lambda _text: None, fail=self._graph.give_up)
 
     def on_final(self, code: int, *, finished: bool) -> None:
         """End the run with a process that is not restarted; if its nodes had only finished, wait for the others."""

@@ -27,22 +27,18 @@ def on_machine(description: LaunchDescription, machine: str | None, *, together:
         LaunchError: The machine is unknown, or other machines would refuse its credentials.
     """
     network = description.network
-    if machine is not None and (network is None or machine not in network.machines):
-        fix = (
-            did_you_mean(machine, network.machines)
-            if network and network.machines
-            else "leave --machine out: the file names no machines"
-        )
+    known = tuple(network.machines) if network is not None else ()
+    if machine is not None and machine not in known:
+        fix = did_you_mean(machine, known) if known else "leave --machine out: the file names no machines"
         raise LaunchError([Problem("unknown-machine", f"{description.name} has no machine {machine}", fix)])
     if network is None or together:
         if machine is not None:
             text = f"{machine} runs a part of the graph, and all of it is to run here"
-            raise LaunchError(
-                [Problem("other-machine", text, "leave out the machine, or what puts it all into one place")]
-            )
+            fix = "leave out the machine, or what puts it all into one place"
+            raise LaunchError([Problem("other-machine", text, fix)])
         return description
     own = machine or MAIN
-    if len(network.machines) == 1 and not network.listens(own):
+    if len(known) == 1 and not network.listens(own):
         return description
     found = list(credential_problems(network, own, SystemClock().now()))
     errors = [problem for problem in found if problem.severity is Severity.ERROR]

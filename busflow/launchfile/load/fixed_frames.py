@@ -33,14 +33,12 @@ def _add(parents: dict[str, tuple[str, Value]], parent: str, child: str, value: 
     if child in parents:
         first, other = parents[child]
         message = f"the frame {printable(child)} has two parents, {printable(first)} and {printable(parent)}"
-        problems.add(
-            problem_at("two-parents", message, f"leave one out; the first is {key_origin(other)}", origin), left_out=()
-        )
+        fix = f"leave one out; the first is {key_origin(other)}"
+        problems.add(problem_at("two-parents", message, fix, origin), left_out=())
     elif loop := _loop(parents, parent, child):
         message = f"{edge} closes a loop of frames: {' → '.join(map(printable, loop))}"
-        problems.add(
-            problem_at("frame-loop", message, "leave one of these out: a frame has one way up", origin), left_out=()
-        )
+        fix = "leave one of these out: a frame has one way up"
+        problems.add(problem_at("frame-loop", message, fix, origin), left_out=())
     else:
         parents[child] = (parent, value)
 

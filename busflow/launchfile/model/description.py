@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from busflow.bus.names import resolve
+from busflow.errors import IncompleteRecording
 from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath, Value
 from busflow.node.supervision import RestartPolicy, Supervision
@@ -41,6 +42,13 @@ class OnDrop(StrEnum):
 
     WARN = "warn"
     FAIL = "fail"
+
+    def apply(self, text: str, *, warn: Callable[[str], object], fail: Callable[[IncompleteRecording], object]) -> None:
+        """Warn that a recording is incomplete, or fail the run; `text` says which recording, and why."""
+        if self is OnDrop.FAIL:
+            fail(IncompleteRecording(f"{text} (on_drop: fail)"))
+        else:
+            warn(text)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from busflow.errors import BagError, IncompleteRecording
-from busflow.launchfile.model.description import OnDrop
+from busflow.errors import BagError
 from busflow.recording.bag.rosbag2_metadata import describe_recordings
 from busflow.recording.recorder.capture import Capture
 from busflow.recording.recorder.destination import as_directory, named, new_directory
@@ -204,7 +203,4 @@ class Recorder(Extension):
             return
         self._why = why
         text = f"the recording {printable(self.statistics().path)} is incomplete: {self._why}"
-        if self._spec.on_drop is OnDrop.FAIL:
-            self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)"))
-        else:
-            self._log.warning(text)
+        self._spec.on_drop.apply(text, warn=self._log.warning, fail=self._graph.give_up)

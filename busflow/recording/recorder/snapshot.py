@@ -11,8 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from busflow.errors import IncompleteRecording, RecordingRefused
-from busflow.launchfile.model.description import OnDrop
+from busflow.errors import RecordingRefused
 from busflow.recording.recorder.capture import Capture
 from busflow.recording.recorder.destination import foresee_snapshots, numbered
 from busflow.recording.recorder.last_moments import Kept, LastMoments
@@ -203,7 +202,4 @@ class SnapshotRecorder(Extension):
         if found.complete:
             return
         text = f"the snapshot {printable(found.path)} is incomplete: {printable(found.why)}"
-        if self._spec.on_drop is OnDrop.FAIL:
-            self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)"))
-        else:
-            self._log.warning(text)
+        self._spec.on_drop.apply(text, warn=self._log.warning, fail=self._graph.give_up)
