@@ -53,7 +53,7 @@ class Channel:
             return _json_type(self)
         if self.encoding != "cdr":
             one = "a bag of ROS 1 is converted by rosbags-convert" if self.encoding == _ROS1 else None
-            raise self._unreadable(f"is encoded as {self.encoding!r}; cdr and json are read", one)
+            raise _error(self, f"is encoded as {self.encoding!r}; cdr and json are read", one)
         from busflow.interfaces.encoding.description import rihs01
 
         description = _description(self)
@@ -103,19 +103,14 @@ class Channel:
 
         support = TypeSupport(cls)
         if support.name != self.type_name:
-            raise self._unreadable(f"is no {support.name}")
+            raise _error(self, f"is no {support.name}")
         if support.encoding != self.encoding:
-            raise self._unreadable(
-                f"is encoded as {self.encoding!r}, and the class {cls.__name__} as {support.encoding}"
-            )
+            raise _error(self, f"is encoded as {self.encoding!r}, and the class {cls.__name__} as {support.encoding}")
         recorded = self.type_hash or self.type.type_hash
         if recorded != support.type_hash:
             fix = "compare the class with what `busflow bag info --types` shows"
-            raise self._unreadable(f"is another version of the type than the class {cls.__name__}", fix)
+            raise _error(self, f"is another version of the type than the class {cls.__name__}", fix)
         return support.decode
-
-    def _unreadable(self, why: str, fix: str | None = None) -> BagError:
-        return BagError(f"{self.topic}, {self.type_name or 'without a type'}, {why}", fix=fix)
 
 
 class Entry(NamedTuple):
@@ -141,6 +136,10 @@ def unreadable(channels: Collection[Channel], fault: Callable[[Channel], BagErro
     return found
 
 
+def _error(channel: Channel, why: str, fix: str | None = None) -> BagError:
+    return BagError(f"{channel.topic}, {channel.type_name or 'without a type'}, {why}", fix=fix)
+
+
 def _json_type(channel: Channel) -> ForeignType:
     import json
 
@@ -152,7 +151,7 @@ def _json_type(channel: Channel) -> ForeignType:
         schema = source_schema(json.loads(channel.definition or "{}"))
         type_hash = json_form.type_hash(schema)
     except (ValueError, AttributeError, TypeError, RecursionError):
-        raise channel._unreadable("is described by no JSON Schema") from None  # noqa: SLF001  # the same file
+        raise _error(channel, "is described by no JSON Schema") from None
     return ForeignType(channel.type_name, type_hash, schema)
 
 
@@ -170,11 +169,11 @@ def _description(channel: Channel) -> Any:
         defined = channel.type_name in library()
         known = (library() if defined else builtin_types()).description(channel.type_name)
     except (MalformedMessage, InvalidDefinition) as error:
-        raise channel._unreadable(f"has a definition that cannot be read: {error}") from None  # noqa: SLF001  # as above
+        raise _error(channel, f"has a definition that cannot be read: {error}") from None
     except KeyError:
         how = f"as {channel.definition_encoding}" if channel.definition else "nowhere in the bag"
-        raise channel._unreadable(f"is described {how}; ros2msg is read") from None  # noqa: SLF001  # as above
+        raise _error(channel, f"is described {how}; ros2msg is read") from None
     if channel.type_hash not in (None, rihs01(known)):
         whose = "the definition files have" if defined else "busflow brings"
-        raise channel._unreadable(f"is another version of the type than the one that {whose}")  # noqa: SLF001  # as above
+        raise _error(channel, f"is another version of the type than the one that {whose}")
     return known
