@@ -9,8 +9,8 @@ from typing import Any, cast
 
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding import json_form
-from busflow.interfaces.encoding import msg_text as definition
 from busflow.interfaces.encoding.description import TypeDescription, check, rihs01
+from busflow.interfaces.encoding.msg_text import ENCODING, ros2msg
 from busflow.interfaces.encoding.plain_reader import decoder_from_description, measure_from_description
 from busflow.interfaces.encoding.plain_writer import encoder_from_description
 from busflow.interfaces.encoding.viewer_schema import recorded_definition
@@ -29,7 +29,7 @@ class ForeignType:
         self.is_ros: bool = not type_hash.startswith(json_form.PREFIX)
         self.encoding = "cdr" if self.is_ros else "json"
         """The encoding of the bytes, in MCAP's word."""
-        self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"
+        self.definition_encoding = ENCODING if self.is_ros else "jsonschema"
         """The format of `definition`, in MCAP's word."""
         try:
             self.description: Any = check(description) if self.is_ros else description
@@ -45,7 +45,7 @@ class ForeignType:
     def definition(self) -> str:
         """The description as text, as recordings hold it: the `.msg` file with those it needs, or the JSON Schema."""
         if self.is_ros:
-            return definition.ros2msg(cast("TypeDescription", self.description))
+            return ros2msg(cast("TypeDescription", self.description))
         return recorded_definition(self.description)
 
     @cached_property

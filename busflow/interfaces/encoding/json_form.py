@@ -16,6 +16,13 @@ from busflow.errors import InvalidDeclaration, MalformedMessage
 if TYPE_CHECKING:
     from busflow.interfaces.message import Message
 
+PREFIX = "JSON01_"
+"""The prefix of a hash of this form."""
+
+_FOR_PEOPLE = {"title", "description", "examples", "default", "deprecated", "$comment"}
+_NAMED = {"properties", "$defs", "patternProperties", "dependentSchemas"}
+"""The keys whose values map free names to schemas."""
+
 
 def finite(data: Any) -> Any:
     """Return the data with infinity and NaN as text, as a launch file writes them: JSON has no such numbers.
@@ -32,14 +39,6 @@ def finite(data: Any) -> Any:
             return [finite(each) for each in cast("Sequence[object]", data)]
         case _:
             return data
-
-
-PREFIX = "JSON01_"
-"""The prefix of a hash of this form."""
-
-_FOR_PEOPLE = {"title", "description", "examples", "default", "deprecated", "$comment"}
-_NAMED = {"properties", "$defs", "patternProperties", "dependentSchemas"}
-"""The keys whose values map free names to schemas."""
 
 
 def schema_of(cls: type[Message]) -> dict[str, Any]:
