@@ -104,7 +104,7 @@ def _inner(include: Included, file: LaunchFile, problems: Problems) -> LaunchFil
 def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Scope, files: Files) -> Value:
     """Return a file or group with the content of each node's `parameters_from` merged under its `parameters`.
 
-    Dotted names among these, and in its `defaults`, become groups.
+    Dotted names among these, and in its `defaults`, become nested mappings.
 
     Args:
         graph: The file or group.
@@ -114,7 +114,7 @@ def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Sco
         files: Reads them.
     """
     if (shared := graph.find(("defaults", "parameters"))) is not None:
-        graph = graph.with_member(("defaults", "parameters"), _nested(shared, files.problems))
+        graph = graph.with_member(("defaults", "parameters"), _without_dots(shared, files.problems))
     for key, node in graph.section("nodes").items():
         if "parameters_from" in node.members or any("." in name for name in node.section("parameters")):
             name = full_key(key, node, namespace)
@@ -126,8 +126,8 @@ def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Sco
     return graph
 
 
-def _nested(parameters: Value, problems: Problems) -> Value:
-    """Return parameters with dotted names as groups; report those that are too deep, and leave them out."""
+def _without_dots(parameters: Value, problems: Problems) -> Value:
+    """Return parameters with dotted names as nested mappings; report those that are too deep, and leave them out."""
     try:
         return nested(parameters, whole=False) if isinstance(parameters.content, dict) else parameters
     except LaunchError as error:
@@ -144,7 +144,7 @@ def _completed(node: Value, name: str, folder: Path, scope: Scope, files: Files)
             layers.append(found)
     if own is not None and own.content is not None:
         layers.append(own)
-    layers = [_nested(each, files.problems) for each in layers]
+    layers = [_without_dots(each, files.problems) for each in layers]
     merged = reduce(Value.merged, layers) if layers else Value({}, node.origin)
     return node.without(("parameters_from",)).with_member(("parameters",), merged)
 
