@@ -113,6 +113,12 @@ def test_info_shows_parameters_and_topics(capsys: Captured):
     ]
 
 
+def test_info_without_docstring_has_the_name_alone(capsys: Captured):
+    Path("plugins/bare.py").write_text("from busflow import Node\n\n\nclass Bare(Node): ...\n")
+    assert main(["plugins", "info", "bare"]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == "bare"
+
+
 def test_info_needs_no_values_for_required_parameters(capsys: Captured):
     Path("plugins/choosy.py").write_text(CHOOSY)
     assert main(["plugins", "info", "choosy"]) == 0

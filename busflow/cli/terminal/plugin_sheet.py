@@ -61,7 +61,7 @@ class Sheet:
 
     def print(self) -> None:
         """Print the sheet for a person."""
-        print_text(f"{self.name}: {self.summary}", indent="  ")
+        print_text(": ".join(filter(None, [self.name, self.summary])), indent="  ")
         print_text(f"  {self.file}")
         tables = {
             "Parameters": [_row(each) for each in self.parameters],
@@ -94,7 +94,7 @@ def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
         raise PluginError(problem_in_code(error, f"{printable(reference)} cannot be built")) from None
     return Sheet(
         name=reference,
-        summary=(inspect.getdoc(node_class) or "").partition("\n")[0],
+        summary=inspect.cleandoc(node_class.__doc__ or "").partition("\n")[0],
         file=shown(inspect.getfile(node_class)),
         parameters=describe(parameters_class(node_class)),
         ends=ends,
