@@ -11,7 +11,6 @@ import numpy as np
 
 from busflow.errors import InvalidDeclaration, MalformedMessage
 from busflow.interfaces.encoding import json_form
-from busflow.interfaces.encoding import msg_text as definition
 from busflow.interfaces.encoding.cdr import Codec
 from busflow.interfaces.encoding.cdr_decoder import most_bytes
 from busflow.interfaces.encoding.description import (
@@ -29,6 +28,7 @@ from busflow.interfaces.encoding.description import (
     service_types,
     written,
 )
+from busflow.interfaces.encoding.msg_text import ENCODING, ros2msg
 from busflow.interfaces.encoding.viewer_schema import recorded_definition
 from busflow.interfaces.fields import ArrayKind, FieldType
 from busflow.interfaces.message import (
@@ -94,7 +94,7 @@ class TypeSupport:
         self.is_ros: bool = self._foreign.is_ros if self._foreign else all(is_ros_type(part) for part in parts)
         self.encoding = "cdr" if self.is_ros else "json"
         """The encoding of the bytes, in MCAP's word."""
-        self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"
+        self.definition_encoding = ENCODING if self.is_ros else "jsonschema"
         """The format of `definition`, in MCAP's word."""
 
     @cached_property
@@ -120,7 +120,7 @@ class TypeSupport:
     def definition(self) -> str:
         """The description as text, as recordings hold it: the `.msg` file with those it needs, or the JSON Schema."""
         if self.is_ros:
-            return definition.ros2msg(cast("TypeDescription", self.description))
+            return ros2msg(cast("TypeDescription", self.description))
         return recorded_definition(self.description)
 
     @cached_property
