@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import pytest
@@ -265,17 +266,21 @@ class Stage:
 
     def until(self, text: str, *arguments: str) -> str:
         """Return what a command prints, once it prints this text."""
-        for _ in range(60):
-            if text in (printed := self.busflow(*arguments)):
+        for printed in self._printed(*arguments):
+            if text in printed:
                 return printed
-        raise AssertionError(f"{text} is not in {printed}")
+        raise AssertionError(f"{text} is not in what {arguments} print")
 
     def until_not(self, text: str, *arguments: str) -> None:
         """Wait until a command does not print this text any more."""
-        for _ in range(60):
-            if text not in (printed := self.busflow(*arguments)):
-                return
-        raise AssertionError(f"{text} is still in {printed}")
+        if all(text in printed for printed in self._printed(*arguments)):
+            raise AssertionError(f"{text} is still in what {arguments} print")
+
+    def _printed(self, *arguments: str) -> Iterator[str]:
+        """Yield what a command prints, again and again for as long as is waited for anything."""
+        end_s = monotonic() + PATIENCE_S
+        while monotonic() < end_s:
+            yield self.busflow(*arguments)
 
 
 @contextmanager
