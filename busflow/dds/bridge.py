@@ -28,7 +28,7 @@ from busflow.dds.neighbours import UNKNOWN, NeighbourEnd, Neighbours
 from busflow.dds.node_lists import ListedNode
 from busflow.dds.participant import Intake, Participant
 from busflow.dds.services import Services
-from busflow.dds.shown import ENCLAVE, Shown
+from busflow.dds.shown import ENCLAVE, Shown, ShownEnd
 from busflow.dds.topics import Topics
 from busflow.errors import MalformedMessage
 from busflow.wire.client.client import Peer
@@ -52,7 +52,7 @@ _LOOK_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class _AsProcess(FoundRun):
+class _RunJoinedAsProcess(FoundRun):
     """A run that is joined as a process of its own: a client, without a socket, would not see other clients."""
 
     socket: str = ""
@@ -106,7 +106,7 @@ class DdsBridge:
         self._participant = participant = Participant(domain, interface)
         if not participant.is_confined:
             self.carried.warn("other machines can send to the sockets of DDS: this system cannot keep them out")
-        self._peer = Peer(_AsProcess.of(run, domain))
+        self._peer = Peer(_RunJoinedAsProcess.of(run, domain))
         self._shown = Shown(self._peer.session, self._peer.domain)
         self._sender = SenderThread("busflow.dds.calls", on_error=self._on_error)
         self._intakes = [
@@ -195,20 +195,21 @@ class DdsBridge:
     def _show(self, run: Sequence[Token], ends: Sequence[NeighbourEnd]) -> bool:
         """Show neighbours' nodes and endpoints in the run; return whether an endpoint is new."""
         hashes = {(token.topic, token.type): token.hash for token in run}
-        found: dict[bytes, tuple[TokenKind, NeighbourEnd, ListedNode, str, str]] = {}
+        found: dict[bytes, ShownEnd] = {}
         nodes_of = self._nodes_of(ends)
         for end in ends:
             if (node := nodes_of.get(end.gid)) is None:
                 continue
             if end.name.use is NameUse.TOPIC:
                 kind = TokenKind.PUBLISHER if end.is_writer else TokenKind.SUBSCRIPTION
-                found[end.gid] = kind, end, node, end.type, end.hash or hashes.get((end.name.name, end.type), "")
+                type_hash = end.hash or hashes.get((end.name.name, end.type), "")
+                found[end.gid] = ShownEnd(kind, end, node, end.type, type_hash)
             elif end.name.use is NameUse.REQUEST:
                 kind = TokenKind.CLIENT if end.is_writer else TokenKind.SERVICE
                 service = self._services.kind_of(end)
                 type_name = end.type.removesuffix("_Request")
-                found[end.gid] = kind, end, node, type_name, "" if service is None else service.hash
-        nodes = {node.full_name: node for node in (*self._neighbours.nodes, *(each[2] for each in found.values()))}
+                found[end.gid] = ShownEnd(kind, end, node, type_name, "" if service is None else service.hash)
+        nodes = {node.full_name: node for node in (*self._neighbours.nodes, *(each.node for each in found.values()))}
         self._shown.update_nodes(list(nodes.values()))
         return self._shown.update_ends(found)
 
