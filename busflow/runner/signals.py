@@ -90,6 +90,8 @@ class SignalGuard:
         self._before: dict[signal.Signals, Any] = {}
         self._before_fd = self._loop_fd = -1
         self._code = ExitCode.FAILED
+        self._is_ending = False
+        """Whether the process is ended by force now."""
         self._limit_s = 0.0
         self._first: tuple[int, float] | None = None
         self.received: list[int] = []
@@ -120,6 +122,8 @@ class SignalGuard:
 
         Ctrl-C, which a terminal sends to all, stays with the run, which ends its nodes and they what they forked.
         """
+        if self._is_ending:
+            os._exit(self._code)  # a pool forks a process in place of each that was killed
         if self._before:
             self._before[signal.SIGINT] = _heed_nothing
             self._give_back()
@@ -224,15 +228,16 @@ class SignalGuard:
     def _end_process(self, why: str) -> None:
         """End the process now, and print what the main thread was doing."""
         where = _place()
+        self._is_ending = True
         try:
             if hasattr(os, "set_blocking"):  # not on Windows before Python 3.12
                 os.set_blocking(standard_error.descriptor, False)  # the reader of standard error may be gone or blocked
             standard_error.write(f"{why}{where}")
-            if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
-                [child.kill() for child in multiprocessing.active_children()]
             last = threading.Thread(target=self.last_act, args=[self._code], daemon=True)
             last.start()
             last.join(_LAST_S)
+            if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
+                [child.kill() for child in multiprocessing.active_children()]
         finally:
             os._exit(self._code)
 

@@ -103,6 +103,24 @@ def test_the_last_act_precedes_an_end_by_force():
     """) == (ExitCode.TERMINATED, f"busflow: the run did not end within 0.01 s\nlast: {ExitCode.TERMINATED!r}")
 
 
+def test_what_is_forked_at_a_forced_end_ends():
+    """As a pool forks a process in place of each that is killed."""
+    code, text = ended("""
+        def last(code):
+            child = os.fork()
+            if not child:
+                os._exit(9)
+            sys.stderr.write(f"{os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])}")
+
+        guard = SignalGuard(lambda code: None, grace_s=0.01)
+        guard.last_act = last
+        with guard:
+            os.kill(os.getpid(), signal.SIGTERM)
+            stuck()
+    """)
+    assert (code, text.splitlines()[-1]) == (ExitCode.TERMINATED, str(int(ExitCode.TERMINATED)))
+
+
 def test_a_last_act_that_hangs_keeps_nothing():
     code, _ = ended("""
         guard = SignalGuard(lambda code: None, grace_s=0.01)
