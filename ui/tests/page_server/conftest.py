@@ -1,5 +1,6 @@
 """`busflow ui` in a process of its own, and a page that speaks with it as the one in the browser does."""
 
+import asyncio
 import json
 import re
 import shutil
@@ -12,9 +13,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import pytest
+from websockets.asyncio.client import connect as connect_on_a_loop
 from websockets.sync.client import connect
 
 from busflow.errors import InvalidInput
@@ -24,13 +26,38 @@ PATIENCE_S = 60.0
 PAGE = Path(__file__).parents[2] / "page"
 
 
+class EncryptedSocket:
+    """A connection whose one thread sends and receives: two on one TLS connection is more than Python 3.11 can."""
+
+    def __init__(self, address: str, **options: Any) -> None:
+        async def opened() -> Any:
+            return await connect_on_a_loop(address, **options)
+
+        self._runner = asyncio.Runner()
+        self._connection = self._runner.run(opened())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._runner.run(self._connection.close())
+        self._runner.close()
+
+    def send(self, message: str) -> None:
+        self._runner.run(self._connection.send(message))
+
+    def recv(self, timeout: float) -> str | bytes:
+        return self._runner.run(asyncio.wait_for(self._connection.recv(), timeout))
+
+
 class Page:
     """A browser's page, which has sent its token."""
 
     def __init__(self, url: str, stack: ExitStack, *, token: str, **options: Any) -> None:
         options = {"subprotocols": ["foxglove.sdk.v1"], "max_size": None, "close_timeout": 0.5, **options}
         address = f"{url.removesuffix('/book').replace('http', 'ws', 1)}/ws"
-        self.socket = stack.enter_context(connect(address, compression=None, **options))
+        kind = EncryptedSocket if "ssl" in options else connect
+        self.socket = stack.enter_context(kind(address, compression=None, **options))
         self.send("busflow/hello", token=token)
         self.channels: dict[str, int] = {}
         self.info: dict[str, Any] = {}
