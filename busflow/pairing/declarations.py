@@ -69,7 +69,7 @@ class SynchronizedDeclaration(ComposedDeclaration[Callable[P, R]], Generic[P, R]
         layers = runtime.surroundings.subscription_qos
         for number, (topic, kind) in enumerate(zip(self._topics, self._types(), strict=True)):
             endpoint = runtime.endpoint(kind, topic, QoS(depth=self._depth), layers, self.origin, self.written)
-            queue = MemberQueue(self._depth, UNPAIRED if number < self._triggers else SUPERSEDED)
+            queue = MemberQueue(endpoint.qos.depth, UNPAIRED if number < self._triggers else SUPERSEDED)
             group.members.append(Member(kind, endpoint, group, queue))
         for member in group.members:
             runtime.endpoints.add(member)

@@ -99,6 +99,30 @@ async def test_silent_partner_lets_the_oldest_go():
         assert planned.remark == "its queue was full before /right/image had a message within 20 ms"
 
 
+STEREO = """\
+from busflow import Node, synchronized
+from busflow.msgs.sensor_msgs import Image
+
+
+class Stereo(Node):
+    @synchronized("left/image", "right/image", within="20ms", depth=3)
+    def on_pair(self, left: Image, right: Image) -> None:
+        pass
+"""
+
+
+@virtual_time
+async def test_a_launch_file_states_another_depth(tmp_path):
+    (tmp_path / "stereo.py").write_text(STEREO)
+    file = tmp_path / "lab.yaml"
+    file.write_text("plugins: [.]\nnodes:\n  stereo: {plugin: stereo, subscriptions: {left/image: {depth: 5}}}\n")
+    async with harness(file) as lab:
+        send(lab, "/left/image", *range(0, 700, 100))
+        await lab.advance(0.01)
+        (left,) = (line for line in lab.ledger if line.published)
+        assert (left.queued, left.drops) == (5, {"unpaired": 2})
+
+
 @virtual_time
 async def test_restart_keeps_what_waits():
     async with harness(supervised(Stereo, restart="on-failure")) as lab:
