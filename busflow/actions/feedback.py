@@ -43,7 +43,8 @@ class FeedbackQueue:
         full = len(self.items) == self.items.maxlen
         self.items.append(feedback)
         self._come += 1
-        self.expect(self._expected)
+        if self.is_late:
+            self.expect(self._expected)
         wake(self.waiting)
         return full
 

@@ -12,7 +12,7 @@ import click
 from busflow.cli.options.launch_file import DurationType
 from busflow.cli.options.run import joined
 from busflow.cli.terminal.output import print_message
-from busflow.clock import SystemClock, sleep
+from busflow.clock import NS_PER_S, SystemClock, sleep
 from busflow.errors import BusflowError, InspectionUnavailable, NoSuchRun
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class Waiting:
     def __init__(self, limit_s: float | None) -> None:
         """Begin to wait; None for a command that does not wait."""
         self._clock = SystemClock()
-        self._end_ns = None if limit_s is None else self._clock.monotonic_ns() + limit_s * 1e9
+        self._end_ns = None if limit_s is None else self._clock.monotonic_ns() + limit_s * NS_PER_S
 
     @contextmanager
     def joined(self, run: str | None) -> Generator[Peer]:
@@ -83,7 +83,7 @@ class Waiting:
             try:
                 return find()
             except missing as error:
-                if self._end_ns is None or (left_s := (self._end_ns - self._clock.monotonic_ns()) / 1e9) <= 0:
+                if self._end_ns is None or (left_s := (self._end_ns - self._clock.monotonic_ns()) / NS_PER_S) <= 0:
                     raise
                 if not said:
                     print_message(f"waiting: {error}")

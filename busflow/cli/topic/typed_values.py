@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.cli.terminal.field_paths import shape_at
+from busflow.clock import NS_PER_S
 from busflow.errors import InvalidInput, MalformedMessage, Problem
 from busflow.launchfile.yaml.document import parse
 from busflow.launchfile.yaml.value import Value
@@ -42,7 +43,7 @@ class TypedValues:
 
     def at(self, now_ns: int) -> Mapping[str, Any]:
         """Return the values of a message made at this time, with `auto` and `now` filled in."""
-        seconds, nanoseconds = divmod(now_ns, 1_000_000_000)
+        seconds, nanoseconds = divmod(now_ns, NS_PER_S)
         stamp = {"sec": seconds, "nanosec": nanoseconds}
         return _stamped(cast("dict[str, Any]", self._value.data), self._shape, stamp)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from struct import Struct
 from typing import Self
 
+from busflow.bus.names import absolute_name
 from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
@@ -239,5 +240,5 @@ def _chosen(topics: Collection[str] | Callable[[Channel], bool] | None) -> Calla
         return lambda _: True
     if callable(topics):
         return topics
-    names = {name if name.startswith("/") else f"/{name}" for name in topics} | set(topics)
+    names = {absolute_name(name) for name in topics} | set(topics)
     return lambda channel: channel.topic in names
