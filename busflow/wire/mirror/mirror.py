@@ -155,6 +155,7 @@ class Mirror:
             outlet.flush()
         self._history.close()
         self._questions.close()
+        self._connection.finish()
         self._session.close()  # this ends a waiting recv() or put()
         self._remote_publishers.close()
         self._services.close()

@@ -65,9 +65,9 @@ class Outlet:
     publisher.
     """
 
-    _zenoh_publisher: _ZenohPublisher | None  # None once the outlet is closed, while the sender may still hold messages
+    _zenoh_publisher: _ZenohPublisher
     _places: zenoh.Publisher | None
-    """Sends the places of messages in shared memory."""
+    """Sends the places of messages in shared memory, while messages are encoded in pieces."""
     _burst_publisher: zenoh.Publisher | None
     _humble: _ZenohPublisher | None
     """Sends each message once more while a node of ROS 2 Humble subscribes, whose keys have no hash of the type."""
@@ -134,7 +134,7 @@ class Outlet:
 
     def check_subscribers(self) -> None:
         """Ask Zenoh whether another process subscribes, because its notification may come later."""
-        if self._zenoh_publisher is not None and not self._wanted:
+        if not self._closed and not self._wanted:
             self._set_wanted(self._is_matched())
 
     def expect(self, depth: int) -> None:
@@ -160,7 +160,7 @@ class Outlet:
             session, key = self._connection.session, self._connection.key(self._publisher.topic, self._support, HUMBLE)
             if self._publisher.endpoint.qos.latched:
                 self._humble = _latched(session, key, self._publisher, self._support)
-                self._send_kept()
+                self._send_kept(self._humble)
             else:
                 self._humble = _plain(session, key, self._publisher, zenoh.Priority.DATA_LOW)
         self._set_wanted(self._is_matched())
@@ -175,17 +175,18 @@ class Outlet:
         self._bursts.flush()
 
     def close(self) -> None:
-        """Undeclare the publisher."""
+        """Undeclare the publisher, once the sender has sent its last messages."""
         if self._held is not None:
             self._end_hold(all_answered=False)
         self.flush()
         self._closed = True
         self._publisher.send_through(None)
         self._token.undeclare()
-        # The end of the references undeclares the Zenoh publishers without the interpreter's lock. `undeclare` of one
-        # that keeps its messages holds the lock while it waits for a thread of Zenoh. If that thread needs the lock to
-        # report listeners, both wait for ten seconds.
-        self._zenoh_publisher = self._places = self._burst_publisher = self._humble = None
+        # The end of the references, of which the sender may hold the last, undeclares the Zenoh publishers without the
+        # interpreter's lock. `undeclare` of one that keeps its messages holds the lock while it waits for a thread of
+        # Zenoh. If that thread needs the lock to report listeners, both wait for ten seconds.
+        del self._zenoh_publisher
+        self._places = self._burst_publisher = self._humble = None
         self._zenoh_publishers.clear()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
@@ -268,31 +269,33 @@ class Outlet:
     def _pass_on(self, payload: bytes | _Pieces, attachment: bytes, now_ns: int) -> None:
         self.sent += 1
         if self._humble is not None:
-            self._pass_to_humble(payload if isinstance(payload, bytes) else payload.joined, attachment)
+            whole = payload if isinstance(payload, bytes) else payload.joined
+            self._pass_to_humble(self._humble, whole, attachment)
         if isinstance(payload, _Pieces):
+            put = partial(self._put_pieces, self._zenoh_publisher, self._places, payload, attachment)
             if self._sender.is_idle and self._memory.is_ready(payload.size):  # nothing to wait for or to overtake
-                self._put_pieces(payload, attachment)
+                put()
             else:
-                self._sender.hand(partial(self._put_pieces, payload, attachment), payload.size)
+                self._sender.hand(put, payload.size)
         elif len(payload) < self._limit:
             self._bursts.send(payload, attachment, now_ns)
         else:
             self._bursts.flush()
             self._use_lower_priority()
-            self._sender.hand(partial(self._put, payload, attachment), len(payload))
+            self._sender.hand(partial(self._put_by, self._zenoh_publisher, payload, attachment), len(payload))
 
-    def _pass_to_humble(self, payload: bytes, attachment: bytes) -> None:
+    def _pass_to_humble(self, humble: _ZenohPublisher, payload: bytes, attachment: bytes) -> None:
         """Send a message of any size in the sender's thread, so that kept and new ones stay in order."""
-        self._sender.hand(partial(self._put_by, self._humble, payload, attachment), len(payload))
+        self._sender.hand(partial(self._put_by, humble, payload, attachment), len(payload))
 
-    def _send_kept(self) -> None:
+    def _send_kept(self, humble: _ZenohPublisher) -> None:
         """Send the messages that the publisher keeps, with their numbers, to nodes of Humble."""
         kept = [fresh(item, self._clock) for _, item in self._publisher.history]
         for number, message in enumerate(kept, self._publisher.published - len(kept) + 1):
             if message is not None:
                 with suppress(MalformedMessage):  # it could not be sent before either
                     attachment = attachment_bytes(number, self._clock.now_ns(), self._gid)
-                    self._pass_to_humble(self._support.encode(message), attachment)
+                    self._pass_to_humble(humble, self._support.encode(message), attachment)
 
     def _use_lower_priority(self) -> None:
         """Change to the lower priority with the first large message, unless a transient_local type has decided it."""
@@ -305,13 +308,15 @@ class Outlet:
                 self._places = _plain(session, memory_key(self._key), self._publisher, low)
         self._limit = 0
 
-    def _put_pieces(self, payload: _Pieces, attachment: bytes) -> None:
+    def _put_pieces(
+        self, whole: _ZenohPublisher, places: zenoh.Publisher | None, payload: _Pieces, attachment: bytes
+    ) -> None:
         """Send a message through shared memory, or whole."""
         place = self._memory.write(payload.pieces, payload.size) if payload.size >= LARGE else None
-        if place is None:
-            self._put(payload.joined, attachment)
+        if place is None or places is None:
+            self._put_by(whole, payload.joined, attachment)
         else:
-            self._put_by(self._places, b"", attachment + place.encode())
+            self._put_by(places, b"", attachment + place.encode())
 
     def _put_burst(self, payload: bytes, attachment: bytes) -> None:
         if self._burst_publisher is None:
@@ -322,9 +327,7 @@ class Outlet:
     def _put(self, payload: bytes, attachment: bytes) -> None:
         self._put_by(self._zenoh_publisher, payload, attachment)
 
-    def _put_by(self, zenoh_publisher: _ZenohPublisher | None, payload: bytes, attachment: bytes) -> None:
-        if zenoh_publisher is None:
-            return
+    def _put_by(self, zenoh_publisher: _ZenohPublisher, payload: bytes, attachment: bytes) -> None:
         try:
             zenoh_publisher.put(payload, attachment=attachment)
         except zenoh.ZError as error:  # the session is closed: the run ends

@@ -82,7 +82,7 @@ class ServiceOutlet:
             self._refuse(query, error)
         else:
             attachment = None if query.attachment is None else query.attachment.to_bytes() + remark.encode()
-            self._sender.hand(partial(_reply, query, answer, attachment))
+            self._sender.hand(partial(_reply, query, answer, attachment), len(answer))
 
     async def _ask(self, query: zenoh.Query, request: Message) -> tuple[Message, str]:  # noqa: ARG002  # for subclasses
         """Return the answer, and a remark that only busflow's clients can read."""

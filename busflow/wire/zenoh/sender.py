@@ -31,10 +31,14 @@ class SenderThread:
         """Create a sender; `on_error` is called in its thread with each unexpected error."""
         self.name = name
         self.dropped: int = 0
+        self.largest: int = 0
+        """Size of the largest payload that was handed to it, in bytes."""
         self._on_error = on_error
         self._work: deque[tuple[int, Callable[[], None]]] = deque()
         self._bytes = 0
-        self._arrived = threading.Condition()
+        self._lock = threading.Lock()
+        self._arrived = threading.Condition(self._lock)
+        self._finished = threading.Condition(self._lock)
         self._closed = False
         self._working = False
         self._thread: threading.Thread | None = None
@@ -42,8 +46,8 @@ class SenderThread:
     @property
     def is_idle(self) -> bool:
         """True if all functions that were queued have returned."""
-        with self._arrived:
-            return not self._work and not self._working
+        with self._lock:
+            return self._is_idle()
 
     def hand(self, work: Callable[[], None], size: int = 0) -> None:
         """Queue a function; if the queue is full, the oldest is dropped and counted."""
@@ -58,7 +62,13 @@ class SenderThread:
                 self._drop_oldest()
             self._work.append((size, work))
             self._bytes += size
+            self.largest = max(self.largest, size)
             self._arrived.notify()
+
+    def finish(self, patience_s: float) -> None:
+        """Wait until all functions that were queued have returned, no longer than this."""
+        with self._finished:
+            self._finished.wait_for(self._is_idle, patience_s)
 
     def close(self) -> None:
         """Drop the queued functions, and accept no more. Close the session before: that wakes a waiting put."""
@@ -70,6 +80,9 @@ class SenderThread:
         if self._thread is not None:
             self._thread.join(_PATIENCE_S)
 
+    def _is_idle(self) -> bool:
+        return not self._work and not self._working
+
     def _drop_oldest(self) -> None:
         size, _ = self._work.popleft()
         self._bytes -= size
@@ -79,6 +92,8 @@ class SenderThread:
         while True:
             with self._arrived:
                 self._working = False
+                if not self._work:
+                    self._finished.notify_all()
                 while not self._work:
                     if self._closed:
                         return

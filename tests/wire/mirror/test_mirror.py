@@ -1,6 +1,6 @@
 """A graph and those outside its process: what leaves it and when, what comes in and from whom, and what is kept out.
 
-Tests of `connection.py`, `inlet.py`, `arrival_buffer.py`, `outlet.py` and `remote_publishers.py`.
+Tests of `inlet.py`, `arrival_buffer.py`, `outlet.py` and `remote_publishers.py`.
 """
 
 import asyncio

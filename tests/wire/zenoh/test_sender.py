@@ -87,6 +87,17 @@ def test_failing_work_is_reported_and_the_next_done(sender, errors):
     assert [type(error) for error in errors] == [ZeroDivisionError]
 
 
+def test_finish_waits_for_what_was_queued(sender):
+    gate, done = Gate(), []
+    sender.hand(gate)
+    sender.hand(lambda: done.append("last"))
+    sender.finish(0)
+    assert done == []
+    gate.open.set()
+    sender.finish(PATIENCE_S)
+    assert done == ["last"]
+
+
 def test_closing_drops_what_waits_and_ends_the_thread(sender):
     gate, done = Gate(), []
     sender.hand(gate)
