@@ -36,7 +36,7 @@ class SenderThread:
         self._on_error = on_error
         self._work: deque[tuple[int, Callable[[], None]]] = deque()
         self._bytes = 0
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._arrived = threading.Condition(self._lock)
         self._finished = threading.Condition(self._lock)
         self._closed = False
