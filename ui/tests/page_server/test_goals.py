@@ -104,7 +104,8 @@ def test_a_goal_has_feedback_and_a_result(page: Page):
     assert list(result.sequence) == [1, 2, 3]
     (goal_id,) = [frame["part"]["id"] for frame in frames if frame["op"] == "busflow/part"]
     feedback = [frame["payload"] for frame in frames if frame.get("subscription") == 2]
-    assert len(feedback) == 2
+    while len(feedback) < 2:  # it may come after the result, which takes another way
+        feedback.append(page.message(2)["payload"])
     assert all(uuid.UUID(goal_id).bytes in each for each in feedback)
 
 
