@@ -1,8 +1,8 @@
-"""The words that annotate a message's fields: `float64`, `uint8`, `string`, `Float64Array` and their kin.
+"""The words that annotate a message's fields: `float64`, `uint8`, `string`, `Float64Array` and others.
 
 A type checker reads a field of `Float64Array` as a numpy array and lets a list be given for it when the
 message is made. To it a scalar is Python's own type: numpy's float64 is one, the others are accepted at run
-time, and `float(x)` pleases both.
+time, and both take `float(x)`.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def _watch(name: str, folder: Path | None, thread: int, ended: threading.Event, 
     text = f"plugin {name!r} was not imported within {limit_s:g} s"
     fix = f"do in start() what takes long, or give {LIMIT} more"
     _write(f"error: {text}: {_place(folder, thread)}\n  fix: {fix}")
-    os._exit(ExitCode.USAGE)  # an import that waits in a C call heeds nothing else
+    os._exit(ExitCode.USAGE)  # an import that waits in a C call ends by nothing else
 
 
 def _limit_s() -> float:

@@ -44,7 +44,7 @@ class Stopping:
         self.is_due |= signal.SIGINT in self.signals
 
     def on_signals(self, numbers: bytes) -> None:
-        """Heed signals to the keeper: an order to stop, the end of the grace, or one that only wakes it."""
+        """Handle signals to the keeper: an order to stop, the end of the grace, or one that only wakes it."""
         if any(number in numbers for number in _ORDERS):
             self.order()
         self.is_due |= signal.SIGALRM in numbers
@@ -71,7 +71,7 @@ class Keeper:
         """Start the program, and return when neither it nor what it started is left."""
         order = json.loads(os.fdopen(self._orders, "rb", buffering=0, closefd=False).readline(_LINE_BYTES))
         self._grace_s = float(order["grace_s"])
-        self._heed_signals()
+        self._handle_signals()
         if self._linux is not None:
             self._linux.prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
         try:
@@ -89,7 +89,7 @@ class Keeper:
         self._wait(program)
         self._say(code=self._code, killed=not self._stopping.signals)
 
-    def _heed_signals(self) -> None:
+    def _handle_signals(self) -> None:
         """Let signals wake the keeper. A program whose keeper handles SIGINT cannot ignore it from its start."""
         for number in (*_ORDERS, signal.SIGALRM, signal.SIGCHLD):
             signal.signal(number, lambda _number, _frame: None)

@@ -42,7 +42,7 @@ if hasattr(signal, "SIGHUP"):  # Windows does not have it
     CODES[signal.SIGHUP] = ExitCode.HUNG_UP  # the terminal is gone: its window was closed, or its ssh broke
 
 
-def heeded() -> tuple[signal.Signals, ...]:
+def ending_signals() -> tuple[signal.Signals, ...]:
     """Return the signals that end a command, without SIGHUP where it is ignored (`nohup`)."""
     return tuple(
         n for n, code in CODES.items() if code is not ExitCode.HUNG_UP or signal.getsignal(n) is not signal.SIG_IGN
@@ -104,7 +104,7 @@ class SignalGuard:
             return self  # signals belong to the main thread: a caller in another thread handles them itself
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
-        for number in heeded():
+        for number in ending_signals():
             self._before[number] = signal.signal(number, self._pass_on)
         self._before_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
         threading.Thread(target=self._watch, name="busflow.signals", daemon=True).start()
@@ -125,7 +125,7 @@ class SignalGuard:
         if self._is_ending:
             os._exit(self._code)  # a pool forks a process in place of each that was killed
         if self._before:
-            self._before[signal.SIGINT] = _heed_nothing
+            self._before[signal.SIGINT] = _ignore
             self._give_back()
 
     def _give_back(self) -> None:
@@ -242,7 +242,7 @@ class SignalGuard:
             os._exit(self._code)
 
 
-def _heed_nothing(_number: int, _frame: FrameType | None) -> None:
+def _ignore(_number: int, _frame: FrameType | None) -> None:
     """Ignore a signal by a handler: programs that the process executes would inherit SIG_IGN."""
 
 

@@ -201,7 +201,7 @@ def test_impossible_command_is_reported(keep):
     assert kept.process.wait(PATIENCE_S) == 0
 
 
-@pytest.mark.parametrize("ignoring", [False, True], ids=["heeded", "ignored by the run"])
+@pytest.mark.parametrize("ignoring", [False, True], ids=["handled", "ignored by the run"])
 def test_end_of_run_interrupts_program(keep, ignoring):
     kept = keep("sleep", "600", ignoring=ignoring)
     kept.said()

@@ -9,7 +9,7 @@ from textwrap import dedent
 import pytest
 
 from busflow.errors import ExitCode
-from busflow.runner.signals import CODES, SignalGuard, heeded
+from busflow.runner.signals import CODES, SignalGuard, ending_signals
 
 SIGNALS = sorted(CODES)
 
@@ -36,7 +36,7 @@ def test_handlers_return_after_the_block():
 def test_an_ignored_hangup_stays_ignored():
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        assert signal.SIGHUP not in heeded()
+        assert signal.SIGHUP not in ending_signals()
         with SignalGuard(print, grace_s=60):
             assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     finally:

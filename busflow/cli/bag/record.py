@@ -122,7 +122,7 @@ def _listen(peer: Peer, recorder: RemoteRecorder, for_s: float | None) -> ExitCo
     """Record until the run ends, a signal comes, or the time is over; return the exit code."""
     from busflow.cli.bag.signal_handling import handled
     from busflow.clock import SystemClock
-    from busflow.runner.signals import CODES, heeded
+    from busflow.runner.signals import CODES, ending_signals
 
     clock, code, over = SystemClock(), ExitCode.OK, threading.Event()
 
@@ -131,7 +131,7 @@ def _listen(peer: Peer, recorder: RemoteRecorder, for_s: float | None) -> ExitCo
         code = CODES[signal.Signals(number)]
         over.set()
 
-    with handled(heeded(), end):
+    with handled(ending_signals(), end):
         recorder.follow()
         shown = ", ".join(map(printable, recorder.topics)) or "nothing yet"
         print_message(f"recording {shown} to {printable(recorder.path)}; Ctrl-C ends it")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
 from types import FrameType
 
-from busflow.runner.signals import CODES, heeded
+from busflow.runner.signals import CODES, ending_signals
 
 
 @contextmanager
@@ -28,7 +28,7 @@ def unwound_by_signals() -> Generator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread can handle signals
         return
-    numbers = [number for number in heeded() if number is not signal.SIGINT]
+    numbers = [number for number in ending_signals() if number is not signal.SIGINT]
 
     def end(number: int, _frame: object) -> None:
         for each in numbers:
