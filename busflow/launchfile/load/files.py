@@ -120,11 +120,11 @@ class Files:
 
 
 def _neighbour(path: Path, beside: Path | None = None) -> str | None:
-    """Suggest what exists for a missing file or folder, relative to `beside`."""
+    """Suggest what exists for a missing file or folder, or is in a folder, relative to `beside`."""
     try:
-        if path.exists():
+        if path.exists() and not path.is_dir():
             return None
-        found = _nearest(path)
+        found = min(islice(path.glob("*.yaml"), _LOOKED_AT), default=None) if path.is_dir() else _nearest(path)
         if found is None and beside is None and (plugin := _plugin(path)):
             return plugin
     except (OSError, ValueError):

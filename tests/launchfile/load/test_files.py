@@ -44,11 +44,13 @@ def test_bare_name_suggests_a_launch_file(folder, asked: str, there: str):
         ("labs/lab1.yaml", "did you mean 'lab/lab1.yaml'?"),
         ("labs/lba1.yaml", "did you mean 'lab/lab1.yaml'?"),
         ("labs/zzz.yaml", "did you mean 'lab'?"),
+        ("lab", "did you mean 'lab/lab1.yaml'?"),
+        ("/dev/null", None),
         ("zzz/lab1.yaml", "there is no folder zzz"),
         ("zzz/yyy/lab1.yaml", "there is no folder zzz"),
     ],
 )
-def test_missing_folder_suggests_a_neighbour(folder, path: str, fix: str):
+def test_folder_suggests_what_is_in_or_near_it(folder, path: str, fix: str | None):
     folder.write(TALKER, "lab/lab1.yaml")
     _, problems = examine(path, environment={})
     assert [each.fix for each in problems] == [fix]
