@@ -50,8 +50,7 @@ def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
         refuse_beyond_end(bag, asked["start_s"])
         into = _Into(bag, peer, asked, ends)
         asyncio.run(into.go())
-        incomplete = bag.incomplete
-        if incomplete:
+        if incomplete := bag.incomplete:
             print_message(f"warning: the recording is not the whole of what happened: {'; '.join(incomplete)}")
         hidden = unplayed(bag, asked)
         return print_played(into.played, Path(asked["file"]), incomplete, ExitCode.OK, hidden, as_json=as_json)
@@ -75,6 +74,7 @@ class _Into:
         self._speakers = {each: self._advertised(each, ends) for each in channels}
         self._clock_speaker = self._advertised_clock(ends) if self._clock_hz else None
         peer.settle()
+        ends.callback(peer.settle)  # before the topics end: what is published last arrives
         span = Span.of_seconds(asked["start_s"], asked["until_s"], asked["duration_s"])
         self._messages = OrderedMessages(bag, channels, span, threaded=True)
         self._playing: Playing | None = None

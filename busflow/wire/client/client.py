@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, Any
@@ -309,11 +309,13 @@ class Peer:
     ) -> Generator[Speaker]:
         """Publish a topic while the block lasts, which begins when every process that receives it is ready.
 
+        It ends when all that was published has arrived.
+
         Args:
             topic: its full name.
             type_: that of its messages.
             qos: what is offered, in the form of `qos_text.to_text`.
-            settle: whether to wait for that; a caller that advertises several topics calls `settle` once instead.
+            settle: whether to wait for both; a caller that advertises several topics calls `settle` once instead.
 
         Raises:
             NotAllowed: this client may only look.
@@ -322,9 +324,11 @@ class Peer:
         with (
             self._present(TokenKind.PUBLISHER, topic, type_, qos) as token,
             speaking(self.session, token, type_, qos, keys=self.keys(topic, type_)) as speaker,
+            ExitStack() as ends,
         ):
             if settle:
                 self.settle()
+                ends.callback(self.settle)
             yield speaker
 
     def settle(self) -> None:
@@ -333,6 +337,9 @@ class Peer:
         Zenoh delivers a query after the tokens that were declared before it, and an answer after the subscribers that
         were. A process handles tokens and queries on its loop, in their order: once it has answered, it has admitted
         this client's publishers, and receives what they publish.
+
+        A query does not overtake messages either: once it is answered, all that was published before has arrived. The
+        end of a token or of a session does overtake them, and large ones would be lost.
         """
         for _ in self._replies("run", {}, _SETTLE_S):
             pass

@@ -47,7 +47,7 @@ class SenderThread:
     def is_idle(self) -> bool:
         """True if all functions that were queued have returned."""
         with self._lock:
-            return self._is_idle()
+            return not self._work and not self._working
 
     def hand(self, work: Callable[[], None], size: int = 0) -> None:
         """Queue a function; if the queue is full, the oldest is dropped and counted."""
@@ -68,7 +68,7 @@ class SenderThread:
     def finish(self, patience_s: float) -> None:
         """Wait until all functions that were queued have returned, no longer than this."""
         with self._finished:
-            self._finished.wait_for(self._is_idle, patience_s)
+            self._finished.wait_for(lambda: self.is_idle, patience_s)
 
     def close(self) -> None:
         """Drop the queued functions, and accept no more. Close the session before: that wakes a waiting put."""
@@ -79,9 +79,6 @@ class SenderThread:
             self._arrived.notify()
         if self._thread is not None:
             self._thread.join(_PATIENCE_S)
-
-    def _is_idle(self) -> bool:
-        return not self._work and not self._working
 
     def _drop_oldest(self) -> None:
         size, _ = self._work.popleft()

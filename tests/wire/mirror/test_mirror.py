@@ -25,7 +25,8 @@ from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_msgs import Float64, Float64MultiArray, Int64, String
-from busflow.wire.client.client import Peer
+from busflow.wire.client.client import Peer, join
+from busflow.wire.client.listener import Listener
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 from busflow.wire.zenoh.qos_text import to_text
@@ -292,6 +293,34 @@ async def test_images_of_all_sizes_leave_in_order(looked_at):
         assert [each.sequence for each in received] == [1, 2, 3, 4]
         decoded = type_.decode(received[2].payload)
         assert bytes(decoded["data"]) == data.tobytes()
+
+
+async def test_a_publisher_ends_after_its_large_messages(looked_at):
+    arrivals = []
+
+    class Ends(Listener):
+        """Notes that a message has arrived, and that a publisher of images has ended."""
+
+        def put(self, sample):  # noqa: ARG002  # what arrives does not matter here
+            arrivals.append("image")
+
+        def note(self, sample):
+            if sample.kind == zenoh.SampleKind.DELETE and Token.parse(str(sample.key_expr)).topic == "/images":
+                arrivals.append("end")
+
+    async with looked_at(Talker) as looked:
+        images = looked.graph.advertise(Image, "images")
+        topic, ends = await looked.ask(lambda: looked.peer.graph().topic("images")), Ends(depth=1)
+        await looked.ask(looked.peer.type, topic.type)
+        tokens = looked.peer.session.liveliness().declare_subscriber("@ros2_lv/**", ends.note)
+        with looked.peer.listen(topic, listener=ends):
+            await looked.ask(looked.peer.ask, "log", count=1, node=None, level=0)
+            for _ in range(10):
+                images.publish(Image(data=np.zeros(2_000_000, np.uint8)))
+            images.close()
+            await looked.until(lambda: len(arrivals) == 11)
+        tokens.undeclare()
+    assert arrivals.index("end") >= 9, "Zenoh itself lets it overtake what is left of the last one"
 
 
 async def test_unencodable_message_is_logged_once_and_delivered_locally(looked_at, capsys):
@@ -591,14 +620,14 @@ async def test_full_blocking_queue_refuses_and_logs_once(looked_at, capsys):
     assert len([line for line in warnings(capsys) if "is refused" in line]) == 1
 
 
-async def test_six_megabytes_come_in_whole(looked_at):
+async def test_six_megabytes_arrive_although_their_client_leaves(looked_at):
     async with looked_at(ImageEar) as looked:
         type_ = await looked.ask(looked.peer.type, "sensor_msgs/msg/Image")
         data = np.ones(6_220_800, np.uint8)
         payload = TypeSupport(Image).encode(Image(height=1080, width=1920, encoding="rgb8", step=5760, data=data))
 
         def speak():
-            with looked.peer.advertise("/images", type_) as speaker:
+            with join(looked.peer.run.name) as client, client.advertise("/images", type_) as speaker:
                 speaker.publish_bytes(payload)
 
         await looked.ask(speak)
