@@ -13,6 +13,8 @@ from busflow.cli import main
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Float64, Int64
 from busflow.recording.tools.convert import JsonlFile
+from busflow.wire.client.client import Peer
+from busflow.wire.client.speaker import Speaker
 from tests.recording.conftest import write_numbers
 
 MS = 1_000_000
@@ -237,6 +239,21 @@ def test_into_a_run_that_is_there(capsys, bag, listen, start_run):
     assert capsys.readouterr().out == f"{bag}: 100 messages played\n"
     run.wait_for("number=99.0")
     assert sum("heard" in line for line in run.lines) == 100
+
+
+@pytest.mark.usefixtures("lab")
+def test_playing_ends_when_all_has_arrived(tmp_path, monkeypatch):
+    calls = []
+
+    def note(cls, name):
+        method = getattr(cls, name)
+        monkeypatch.setattr(cls, name, lambda *arguments: (calls.append(name), method(*arguments)))
+
+    note(Peer, "settle")  # without it, large messages are lost on a busy machine, some of the time
+    note(Speaker, "publish_bytes")
+    path = write(tmp_path / "one.mcap", [("/outside", Int64(data=1), 0)])
+    assert main(["bag", "play", path, "--run", "imu_lab"]) == 0
+    assert calls == ["settle", "publish_bytes", "settle"]
 
 
 @pytest.mark.usefixtures("lab")
