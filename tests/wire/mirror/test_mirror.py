@@ -315,12 +315,12 @@ async def test_a_publisher_ends_after_its_large_messages(looked_at):
         tokens = looked.peer.session.liveliness().declare_subscriber("@ros2_lv/**", ends.note)
         with looked.peer.listen(topic, listener=ends):
             await looked.ask(looked.peer.ask, "log", count=1, node=None, level=0)
-            for _ in range(10):
+            for _ in range(3):
                 images.publish(Image(data=np.zeros(2_000_000, np.uint8)))
             images.close()
-            await looked.until(lambda: len(arrivals) == 11)
+            await looked.until(lambda: len(arrivals) == 4)
         tokens.undeclare()
-    assert arrivals.index("end") >= 9, "Zenoh itself lets it overtake what is left of the last one"
+    assert arrivals.index("end") >= 2, "Zenoh itself lets it overtake what is left of the last one"
 
 
 async def test_unencodable_message_is_logged_once_and_delivered_locally(looked_at, capsys):
