@@ -145,14 +145,14 @@ def _listen(peer: Peer, recorder: RemoteRecorder, for_s: float | None) -> ExitCo
 
 
 def _warn_of_missing(peer: Peer, patterns: Sequence[str]) -> None:
-    """Warn at once of missing topics, so that a mistyped name is noticed before the recording is over."""
+    """Warn at once of topics that nothing publishes: a mistyped name is noticed before the recording is over."""
     from busflow.text import did_you_mean
     from busflow.wire.client.graph_view import view
 
-    names = list(view(peer.tokens(), []).topics) if patterns else []
+    names = [each.name for each in view(peer.tokens(), []).topics.values() if each.publishers] if patterns else []
     for pattern in patterns:
         near = did_you_mean(absolute_name(pattern), names)
-        print_message(f"warning: there is no topic {printable(pattern)} so far{f'; {printable(near)}' if near else ''}")
+        print_message(f"warning: nothing publishes {printable(pattern)} so far{f'; {printable(near)}' if near else ''}")
 
 
 def _print_result(recorder: RemoteRecorder, *, as_json: bool) -> None:

@@ -86,7 +86,7 @@ class TestLab:
         out, err = capsys.readouterr()
         answer = json.loads(out)
         assert (answer["topics"], answer["complete"], answer["missed"]) == (["/imu/data"], True, 0)
-        assert "warning: there is no topic /jiont_states so far; did you mean '/joint_states'?" in err
+        assert "warning: nothing publishes /jiont_states so far; did you mean '/joint_states'?" in err
         assert "warning: there was no topic /jiont_states" in err
 
     @pytest.mark.parametrize(
