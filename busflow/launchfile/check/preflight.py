@@ -86,7 +86,8 @@ class Preflight:
         for planned in plan.nodes:
             plan.problems += unused_entries(planned)
         plan.problems += program_problems(descriptions, simulated=self.clock.kind == "sim")
-        plan.problems += unused_places(descriptions)
+        if Doubt.NODES not in doubts:
+            plan.problems += unused_places(descriptions)
         number = len(nodes) + sum(len(each.nodes) for each in descriptions)
         plan.is_whole = len(plan.nodes) == number and Doubt.NODES not in doubts
         if plan.is_whole:
@@ -105,7 +106,9 @@ class Preflight:
             node_class = plugins.load(spec.plugin, spec.folders)
         except PluginError as error:
             if error.problem.code != "unknown-plugin" or Doubt.PLUGINS not in doubts:
-                plan.problems.append(_at_plugin(error.problem, spec))
+                problem = _at_plugin(error.problem, spec)
+                if (problem.message, problem.place) not in {(each.message, each.place) for each in plan.problems}:
+                    plan.problems.append(problem)
             return
         factory = NodeFactory(node_class, spec.name)
         try:

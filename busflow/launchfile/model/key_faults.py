@@ -124,14 +124,17 @@ _WORDS = {"depends_on": "{{{0}: started}}", "clock": "{{mode: {0}}}"}
 _ENTRIES = {"nodes": "{{plugin: {0}}}", "topics": "{{qos: {0}}}", "args": "{{type: {1}, default: {0}}}"}
 """By section, the full form of an entry that was written as a single value."""
 
+_FIRST_KEYS = {"groups": "nodes", "machines": "connect", "nodes": "plugin", "programs": "command"}
+"""By section, what each entry has below its name."""
+
 
 def _for_list(key: str, items: list[object]) -> str | None:
     """Return the fix for a list where a mapping by name is required."""
     if key == "for_each":
         text = printable(f"{key}: {{item: {flow(items)}}}", limit=100)
         return f"write {text}, and ${{each.item}} where one is meant"
-    if key == "nodes":
-        return "write each node's name instead of '-', and plugin: below it"
+    if key in _FIRST_KEYS:
+        return f"write each {key.removesuffix('s')}'s name instead of '-', and {_FIRST_KEYS[key]}: below it"
     words = [each for each in items if isinstance(each, str)]
     if key == "remap" and not words:  # in ROS 2's launch files a list of `from: …` and `to: …`
         ends = [cast("Mapping[str, object]", each) for each in items if isinstance(each, Mapping)]

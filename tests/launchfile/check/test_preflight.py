@@ -7,6 +7,7 @@ from busflow import DEFAULT, Node, QoS, Reliability, publisher, service, subscri
 from busflow.clock import SystemClock
 from busflow.errors import Severity
 from busflow.launchfile.check.preflight import Plan, Preflight
+from busflow.launchfile.load.load import examine
 from busflow.log import Log
 from busflow.msgs.std_msgs import Float64, String
 from busflow.msgs.std_srvs import Trigger
@@ -154,6 +155,19 @@ def test_missing_plugin_hides_no_other_problem(check):
     assert [problem.code for problem in plan.errors] == ["unknown-plugin", "unused-remap"]
     assert plan.errors[0].place is not None
     assert (plan.errors[0].place.line, plan.errors[0].place.column) == (5, 18)
+
+
+def test_fault_of_a_plugin_is_reported_once(check, folder):
+    folder.write("import nowhere_at_all\n", "plugins/broken.py")
+    plan = check("plugins: [plugins]\nnodes: {a: {plugin: broken}, b: {plugin: broken}}\n")
+    assert [problem.code for problem in plan.errors] == ["plugin-import"]
+
+
+def test_unreadable_nodes_leave_no_process_unused(folder):
+    folder.write("groups: [{nodes: {a: {plugin: talker, process: motors}}}]\nprocesses: {motors: {}}\n")
+    description, _ = examine("lab1.yaml", environment={})
+    clock = SystemClock()
+    assert Preflight(clock, Log(clock)).plan([description]).problems == []
 
 
 def test_invalid_topic_name_is_reported_at_its_declaration(check):
