@@ -318,4 +318,6 @@ class Publisher(Generic[M]):
 
 def _type_shown(message: object) -> str:
     """Describe the value that was given as a message."""
+    if isinstance(message, type):
+        return f"the class {message.__name__}: write {message.__name__}()"
     return type_name(type(message)) if isinstance(message, Message) else f"{type(message).__name__} {message!r}"

@@ -91,6 +91,12 @@ async def test_message_of_another_type_is_refused(make_bench, offered, requested
 
 
 @virtual_time
+async def test_class_in_place_of_message_gets_brackets(make_bench):
+    with pytest.raises(IncompatibleType, match=r"was given the class Int64: write Int64\(\)$"):
+        make_bench().publisher().publish(Int64)
+
+
+@virtual_time
 async def test_error_escapes_the_refused_value(make_bench):
     class Hostile:
         def __repr__(self):
