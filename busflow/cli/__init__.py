@@ -161,6 +161,9 @@ def _usage(error: click.ClickException) -> str:
     context = error.ctx if isinstance(error, click.UsageError) else None
     if context and isinstance(error, click.NoSuchOption):
         message = f"there is no option {error.option_name}: {_option_meant(error.option_name, context)}"
+    takes_values = context is not None and any(each.name == "values" for each in context.command.params)
+    if takes_values and "unexpected extra argument" in message:
+        message += "; VALUES is one word for the shell: quote it"
     help_ = [context.get_usage(), f"Try '{context.command_path} --help'."] if context else []
     return "\n".join([f"error: {message}", *help_])
 
@@ -175,4 +178,7 @@ def _option_meant(name: str, context: click.Context) -> str:
         command = group.get_command(context, verb) if isinstance(group, click.Group) else None
         if command is not None and any(name in each.opts for each in command.params):
             return f"give it after the verb: {context.command_path} {verb} {name}"
-    return did_you_mean(name, [each for option in group.get_params(context) for each in option.opts if each[0] == "-"])
+    near = did_you_mean(name, [each for option in group.get_params(context) for each in option.opts if each[0] == "-"])
+    if any(":=" in (each.metavar or "") for each in group.params):
+        near += f"\n  an argument of the launch file is written {name.lstrip('-').replace('-', '_')}:=VALUE"
+    return near

@@ -89,6 +89,8 @@ def test_the_version_is_the_packages(capsys: Captured):
         (["plugins", "list", "--jsno"], "error: there is no option --jsno: did you mean '--json'?"),
         (["topic", "--run", "x", "list"], "give it after the verb: busflow topic list --run"),
         (["run", "x.yaml", "--fro", "5s"], "error: there is no option --fro: did you mean '--for'?"),
+        (["run", "x.yaml", "--rate-hz", "5"], "an argument of the launch file is written rate_hz:=VALUE"),
+        (["topic", "pub", "cmd", "std_msgs/msg/Float64", "data:", "1.0"], "VALUES is one word for the shell: quote it"),
         (["run", "x.yaml", "--for", "soon"], "a duration is a number of seconds or a text such as 50ms"),
         (["run"], "Missing argument 'FILE'"),
         (["run", "demo.launch.py"], "demo.launch.py is Python: a launch file is YAML"),

@@ -15,7 +15,7 @@ import busflow
 from busflow.actions.names import SEND_GOAL
 from busflow.cli.options.completers import Completer, completer
 from busflow.cli.terminal.output import print_message
-from busflow.errors import RunEnded
+from busflow.errors import InvalidInput, Problem, RunEnded
 from busflow.text import printable
 from busflow.validation.versions import work_together
 
@@ -76,7 +76,14 @@ def full_type(name: str, kind: str = "msg") -> str:
 
     >>> full_type("std_msgs/String"), full_type("std_srvs/Trigger", "srv"), full_type("std_msgs/msg/String")
     ('std_msgs/msg/String', 'std_srvs/srv/Trigger', 'std_msgs/msg/String')
+
+    Raises:
+        InvalidInput: It begins as values do, so the type was forgotten.
     """
+    if name.startswith("{"):
+        noun = {"msg": "topic", "srv": "service"}.get(kind, kind)
+        fix = f"write the type before it; busflow {noun} type NAME shows the type"
+        raise InvalidInput(Problem("type", f"{printable(name, limit=100)} stands where the type belongs", fix))
     return name.replace("/", f"/{kind}/") if name.count("/") == 1 else name
 
 

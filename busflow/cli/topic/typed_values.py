@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.cli.terminal.field_paths import shape_at
@@ -34,7 +34,7 @@ class TypedValues:
         self._shape = shape
         if not isinstance(self._value.content, dict):
             place = self._value.origin.place
-            fix = f"write {next(iter(shape.fields))}: {text.strip()}" if shape and shape.fields else None
+            fix = _by_name(text.strip(), tuple(shape.fields)) if shape and shape.fields else None
             raise InvalidInput(Problem("values", f"{type_.name} takes its fields by name", fix, place))
         try:
             type_.encode(self.at(0))
@@ -61,6 +61,14 @@ class TypedValues:
         where = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in error.path).lstrip(".")
         unquoted = isinstance(value.content, int | float) and error.reason.endswith("is not a text")
         return Problem("values", f"{error.type_name}: {where}: {error.reason}", "quote it" if unquoted else None, place)
+
+
+def _by_name(text: str, fields: Sequence[str]) -> str:
+    """Return the fix for values that are no mapping."""
+    field, colon, value = text.partition(":")
+    if colon and field in fields:
+        return f"write {field}: {value}, with a space after the colon"
+    return f"write {fields[0]}: {text}"
 
 
 def _member(value: Value, step: str | int) -> Value | None:

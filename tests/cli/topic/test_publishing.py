@@ -83,6 +83,7 @@ def test_a_type_that_only_the_run_knows(capsys: Captured):
         (["cmd", FLOAT, "{data: 1.0"], 2, "this bracket is never closed"),
         (["cmd", FLOAT, "1.0"], 2, "fix: write data: 1.0"),
         (["cmd", "std_msgs/msg/String", "{data: a}"], 2, "/cmd has the type std_msgs/msg/Float64, not"),
+        (["cmd", "{data: 1}"], 2, "fix: write the type before it; busflow topic type NAME shows the type"),
         (["cmd", "std_msgs/msg/Flot64"], 2, "did you mean 'std_msgs/msg/Float64'?"),
         (["cmd", "Imu"], 2, "no type 'Imu'; did you mean 'sensor_msgs/msg/Imu'?"),
         (["cmd", "std_srvs/srv/Trigger"], 2, "std_srvs/srv/Trigger is a service"),

@@ -38,6 +38,7 @@ def test_header_and_time_are_filled_per_message():
         ("{data: oops}", Float64, 8, "data: 'oops' is not a valid float64"),
         ("{value: 1.0}", Float64, 2, "std_msgs/msg/Float64 has no field 'value'; known: data"),
         ("1.0", Float64, 1, "fix: write data: 1.0"),
+        ("data:1.0", Float64, 1, "fix: write data: 1.0, with a space after the colon"),
         ("[1]", Float64, 1, "takes its fields by name"),
         ("{data: 5}", String, 8, "fix: quote it"),
         ("{poses: [{}, {position: {x: a}}]}", PoseArray, 29, "poses[1].position.x: 'a' is not a valid float64"),
