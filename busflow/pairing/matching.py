@@ -14,11 +14,8 @@ _SET_BACK_NS = 1_000_000_000
 """A stamp so much before the one in front of it means that time was set back, as by a bag that plays again."""
 
 
-@dataclass(frozen=True, slots=True)
 class Match:
-    """The positions in the topics' queues of messages that belong together."""
-
-    positions: tuple[int, ...]
+    """The first messages of all topics belong together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +83,7 @@ class Matcher:
             self._last[topic] = stamp
 
     def _judge(self, queues: Sequence[Sequence[int]], positions: Sequence[int], first: int) -> Match | Alone:
-        """Return the match at these positions, or the messages in front of it that have to go first."""
+        """Return a match if these positions are the first of each topic, else messages that have to go before it."""
         stamps = [queue[position] for queue, position in zip(queues, positions, strict=True)]
         if max(stamps) - min(stamps) > self._within_ns:  # of three and more, with the pivot in the middle
             return Alone(first, 1, max(stamps) - min(stamps))
@@ -94,7 +91,7 @@ class Matcher:
             if position:
                 last = queues[topic][position - 1]
                 return Alone(topic, position, min(abs(last - other) for at, other in enumerate(stamps) if at != topic))
-        return Match(tuple(positions))
+        return Match()
 
     def _partner(self, topic: int, stamps: Sequence[int], pivots: Sequence[int], pivot: int) -> int | None:
         """Return the position of the pivot's partner in another topic; None if a later message may still change it."""
