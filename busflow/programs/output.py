@@ -45,12 +45,12 @@ class Output:
         self._begin_second()
         self.lines += 1
         self._in_second += 1
-        if self._in_second > LINES_PER_SECOND:
-            self.left_out += 1
-        if self._early is None:
-            self._take(line, is_logged=self._in_second <= LINES_PER_SECOND)
-        elif self._in_second <= LINES_PER_SECOND:
+        is_logged = self._in_second <= LINES_PER_SECOND
+        self.left_out += not is_logged
+        if is_logged and self._early is not None:
             self._early.append(line)
+        else:
+            self._take(line, is_logged=is_logged)
         if self._in_second > LINES_PER_SECOND * _HELD_UP:
             self._wait.wait(max(0.0, self._since_s + 1.0 - perf_counter()))
 

@@ -53,6 +53,16 @@ def test_flood_is_cut_counted_and_named(second):
 
 
 @pytest.mark.usefixtures("second")
+def test_line_left_out_before_begin_is_looked_at():
+    found = []
+    made = Output(Log(SystemClock()).bind("/driver"), "ready", lambda: found.append(made.lines))
+    for line in ["before"] * LINES_PER_SECOND + ["ready"]:
+        made.write(line)
+    made.begin()
+    assert (found, made.left_out) == ([LINES_PER_SECOND + 1], 1)
+
+
+@pytest.mark.usefixtures("second")
 def test_last_flood_is_named_at_end():
     made, lines = written()
     for number in range(LINES_PER_SECOND + 1):
