@@ -20,10 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 from cyclonedds.core import DDSException
-from cyclonedds.qos import Policy
 
-from busflow.dds.names import DdsName, NameUse, is_of_cyclone, read_user_data, service_end_id, user_data
-from busflow.dds.qos import SERVICE
+from busflow.dds.names import DdsName, NameUse, is_of_cyclone, service_end_id, user_data
+from busflow.dds.qos import SERVICE, stated_user_data
 from busflow.errors import ServiceGone, ServiceUnavailable
 from busflow.wire.queries.server import replying
 from busflow.wire.zenoh.keys import Attachment
@@ -140,7 +139,7 @@ class RunServer:
                 self._parts.carried.warn(f"{self._kind.name}: {_WAITING} requests of neighbours wait already")
                 continue
             self._waiting.add((client, header))
-            payload = sample.payload[:_ENCAPSULATION] + sample.payload[_BODY:]
+            payload = _without_header(sample.payload)
             self._parts.sender.hand(partial(self._ask, header, payload, client), len(payload))
 
     def _ask(self, header: bytes, payload: bytes, client: int) -> None:
@@ -169,7 +168,7 @@ class RunServer:
         for _ in range(_CLIENT_PIECES):
             if self._knows_reader_of(client) or self._closed.wait(_PIECE_S):
                 break
-        sample = self._carrier.of(payload[:_ENCAPSULATION] + header + payload[_ENCAPSULATION:])
+        sample = self._carrier.of(_with_header(header, payload))
         self._parts.write(self._kind.name, self._writer, sample)
         self._parts.carried.calls += 1
 
@@ -199,9 +198,7 @@ class NeighbourServer:
         self._closed = threading.Event()
         parts.intake.add(self._reader, self._on_replies)
         self._queryable: Any = parts.session.declare_queryable(
-            parts.peer.key(kind),
-            zenoh.handlers.Callback(self._on_query, indirect=False),
-            complete=True,
+            parts.peer.key(kind), zenoh.handlers.Callback(self._on_query, indirect=False), complete=True
         )
 
     @property
@@ -234,8 +231,7 @@ class NeighbourServer:
             self._refuse(query, ServiceUnavailable(f"{_WAITING} requests of {self._kind.name} wait already"))
             return
         payload = query.payload.to_bytes() if query.payload is not None else b""
-        header = _HEADER.pack(self._own, number)
-        sample = self._carrier.of(payload[:_ENCAPSULATION] + header + payload[_ENCAPSULATION:])
+        sample = self._carrier.of(_with_header(_HEADER.pack(self._own, number), payload))
         self._parts.sender.hand(partial(self._send, sample), len(payload))
 
     def _send(self, sample: Any) -> None:
@@ -255,7 +251,7 @@ class NeighbourServer:
             with self._lock:
                 query = self._waiting.pop(number, None)
             if query is not None:
-                payload = sample.payload[:_ENCAPSULATION] + sample.payload[_BODY:]
+                payload = _without_header(sample.payload)
                 self._parts.sender.hand(partial(self._reply, query, payload), len(payload))
                 self._parts.carried.calls += 1
 
@@ -269,5 +265,13 @@ class NeighbourServer:
             query.reply_err(encode_refusal(error))
 
 
+def _with_header(header: bytes, message: bytes) -> bytes:
+    return message[:_ENCAPSULATION] + header + message[_ENCAPSULATION:]
+
+
+def _without_header(message: bytes) -> bytes:
+    return message[:_ENCAPSULATION] + message[_BODY:]
+
+
 def _client_id(end: Any) -> str:
-    return read_user_data(getattr(end.qos[Policy.Userdata], "data", b"")).get("clientid", "")
+    return stated_user_data(end.qos).get("clientid", "")

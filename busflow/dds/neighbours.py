@@ -20,10 +20,10 @@ from cyclonedds.core import InstanceState
 from cyclonedds.qos import Policy, Qos
 
 from busflow.dds.idl import Carriers
-from busflow.dds.names import DdsName, NameUse, is_of_cyclone, read_user_data, type_of, user_data
+from busflow.dds.names import DdsName, NameUse, is_of_cyclone, type_of, user_data
 from busflow.dds.node_lists import READ, TOPIC, WRITTEN, ListedNode, decode_nodes, encode_nodes, node_list_type
 from busflow.dds.participant import Intake, Participant
-from busflow.dds.qos import from_dds
+from busflow.dds.qos import from_dds, stated_user_data
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.description import is_rihs01
 from busflow.wire.zenoh.qos_text import WireQoS
@@ -143,7 +143,7 @@ class Neighbours:
                     self._participants.pop(gid, None)
                     self._nodes.pop(gid, None)
                 elif len(self._participants) < _MOST:
-                    self._participants[gid] = "enclave" in read_user_data(_user_data(sample.qos))
+                    self._participants[gid] = "enclave" in stated_user_data(sample.qos)
         self._on_change()
 
     def _on_ends(self, samples: list[Any], *, is_writer: bool) -> None:
@@ -163,7 +163,7 @@ class Neighbours:
             name = DdsName.parse(sample.topic_name)
             if name is None:
                 return None
-            type_hash = read_user_data(_user_data(sample.qos)).get("typehash", "")
+            type_hash = stated_user_data(sample.qos).get("typehash", "")
             return NeighbourEnd(
                 gid=sample.key.bytes,
                 participant=sample.participant_key.bytes,
@@ -195,7 +195,3 @@ class Neighbours:
 
 def _is_alive(sample: Any) -> bool:
     return bool(sample.sample_info.instance_state == InstanceState.Alive and sample.sample_info.valid_data)
-
-
-def _user_data(qos: Qos) -> bytes:
-    return getattr(qos[Policy.Userdata], "data", b"")

@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from cyclonedds.qos import Policy, Qos
 
+from busflow.dds.names import read_user_data
 from busflow.wire.zenoh.qos_text import WireQoS
 
 _INFINITE_NS = (1 << 63) - 1
@@ -65,6 +67,11 @@ def from_dds(found: Qos) -> WireQoS:
         liveliness="manual_by_topic" if isinstance(liveliness, Policy.Liveliness.ManualByTopic) else "automatic",
         lease_ns=_limit(getattr(liveliness, "lease_duration", None)),
     )
+
+
+def stated_user_data(found: Qos) -> Mapping[str, str]:
+    """Return the user data that a neighbour's participant or endpoint states among its policies."""
+    return read_user_data(getattr(found[Policy.Userdata], "data", b""))
 
 
 def _limit(duration_ns: int | None) -> int | None:
