@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import AsyncGenerator, Mapping
-from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from busflow.dds.process import NODE, require_cyclonedds
@@ -50,10 +50,6 @@ class BridgeProcess(Extension):
         """
         require_cyclonedds()
 
-    def surround(self) -> AbstractAsyncContextManager[object]:
-        """Return the life of the bridge's process."""
-        return self._living()
-
     def on_message(self, message: Mapping[str, Any]) -> None:
         """Pass on a line of the bridge's log; called in the thread that reads it."""
         with suppress(ValueError):
@@ -64,7 +60,8 @@ class BridgeProcess(Extension):
         self._log.warning(printable(line, limit=400))
 
     @asynccontextmanager
-    async def _living(self) -> AsyncGenerator[None]:
+    async def surround(self) -> AsyncGenerator[None]:
+        """Keep the bridge's process alive as long as the graph runs."""
         living = asyncio.get_running_loop().create_task(self._live(), name="busflow.dds")
         living.add_done_callback(self._on_end)
         try:

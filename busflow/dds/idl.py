@@ -1,7 +1,7 @@
 """DDS types made of descriptions, whose samples hold the encoded message: no byte is encoded or decoded here.
 
 Cyclone compares a type's fields with those of the other side's type where both sides describe theirs, and checks each
-sample that arrives against them, so a message whose lengths lie never gets here. For that it needs the whole type.
+sample that arrives against them, so a message with wrong lengths never gets here. For that it needs the whole type.
 """
 
 # The stubs of cyclonedds leave out what many of its functions take and return.

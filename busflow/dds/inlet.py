@@ -23,7 +23,7 @@ _MOST_HELD_BYTES = 64 * 1024 * 1024
 
 
 class TopicInlet:
-    """The way of one topic's messages into the run. They wait until the run knows their writer."""
+    """Carries one topic's messages into the run. They wait until the run knows their writer."""
 
     def __init__(self, topic: str, type_: ForeignType, qos: WireQoS, parts: BridgeParts) -> None:
         """Create the topic's reader.
