@@ -63,7 +63,7 @@ def refuse_nameless(message: BaseModel, values: Sequence[object]) -> None:
 
 def constructor(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., None]:
     """Return an `__init__` for `cls`, written for it where it has no more rules than the class `plain`."""
-    if (fields := _plain_fields(cls, plain)) is None:
+    if (fields := plain_fields(cls, plain)) is None:
         return fill_with
     source = FunctionSource()
     give = source.give
@@ -102,7 +102,7 @@ def maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
 
     What it does not take raises ValueError or TypeError, and then pydantic says why.
     """
-    if (fields := _plain_fields(cls, plain)) is None:
+    if (fields := plain_fields(cls, plain)) is None:
         return cls
     source = FunctionSource()
     defaults = _defaults(fields, source.give)
@@ -113,7 +113,7 @@ def maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
     return source.function(f"*, {_arguments(defaults)}" if defaults else "")
 
 
-def _plain_fields(cls: type[BaseModel], plain: type[BaseModel]) -> list[FieldType] | None:
+def plain_fields(cls: type[BaseModel], plain: type[BaseModel]) -> list[FieldType] | None:
     """Return the fields; None if ROS cannot describe all of them, or the class has rules beyond their types."""
     known: Any = cls
     fields = [*known.__ros_fields__.values()]

@@ -26,7 +26,7 @@ from busflow.errors import Fault, InvalidDeclaration, InvalidMessage, UnknownTyp
 from busflow.interfaces import arrays
 from busflow.interfaces import field_types as aliases
 from busflow.interfaces.arrays import array, take, zeros
-from busflow.interfaces.constructor import constructor, has_rules, late_maker
+from busflow.interfaces.constructor import constructor, late_maker, plain_fields
 from busflow.interfaces.field_types import *  # noqa: F403 - its __all__ is the list of the field words
 from busflow.interfaces.fields import ArrayKind, FieldType, Length, Primitive, understand
 from busflow.text import did_you_mean, quoted
@@ -113,8 +113,10 @@ class Message(BaseModel, metaclass=_Frozen):
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         if not cls.model_config.get("frozen") or cls.model_config.get("extra") != "forbid":
             raise InvalidDeclaration(f"{cls.__name__}: every message is frozen, without unknown fields")
+        if is_complete := cls.__pydantic_fields_complete__:
+            _set_fields(cls)
         try:
-            if not _is_plain(cls):
+            if not is_complete or plain_fields(cls, Message) is None:
                 cls.model_rebuild()
         except PydanticUndefinedAnnotation as error:
             raise InvalidDeclaration(
@@ -291,14 +293,6 @@ def find_type(name: str) -> type[Message | ServiceType]:
 def _standard_packages() -> list[str]:
     msgs = importlib.import_module("busflow.msgs")
     return [module.name for module in pkgutil.iter_modules(msgs.__path__)]
-
-
-def _is_plain(cls: type[Message]) -> bool:
-    """Set what ROS knows of the fields, and return whether there is more for pydantic to check when a class is made."""
-    if not cls.__pydantic_fields_complete__:
-        return False
-    _set_fields(cls)
-    return None not in cls.__ros_fields__.values() and not has_rules(cls, Message)
 
 
 def _set_fields(cls: type[Message]) -> None:
