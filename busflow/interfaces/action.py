@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from busflow.errors import InvalidDeclaration, InvalidMessage
 from busflow.interfaces.field_types import int8
-from busflow.interfaces.message import Message, ServiceType, find_type, full_name
+from busflow.interfaces.message import Message, ServiceType, find_type, full_name, name_parts
 
 PARTS = ("Goal", "Result", "Feedback")
 """The messages inside an action type."""
@@ -37,11 +37,7 @@ class ActionType:
     def __init_subclass__(cls, *, package: str | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.__ros_name__ = full_name(cls, "action", package)
-        for part in PARTS:
-            message: Any = vars(cls).get(part)
-            if not (isinstance(message, type) and issubclass(message, Message)):
-                raise InvalidDeclaration(f"{cls.__name__} needs inside it `class {part}(Message): …`")
-            message.__ros_name__ = f"{cls.__ros_name__}_{part}"
+        name_parts(cls, PARTS)
         try:
             cls.Result()
         except InvalidMessage as error:

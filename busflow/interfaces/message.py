@@ -10,7 +10,7 @@ import importlib
 import pkgutil
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import cache
@@ -215,11 +215,20 @@ class ServiceType:
     def __init_subclass__(cls, *, package: str | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.__ros_name__ = full_name(cls, "srv", package)
-        for part in ("Request", "Response"):
-            message: Any = vars(cls).get(part)
-            if not (isinstance(message, type) and issubclass(message, Message)):
-                raise InvalidDeclaration(f"{cls.__name__} needs inside it `class {part}(Message): …`")
-            message.__ros_name__ = f"{cls.__ros_name__}_{part}"
+        name_parts(cls, ("Request", "Response"))
+
+
+def name_parts(cls: type[Any], parts: Sequence[str]) -> None:
+    """Name the messages inside a service or action type after it.
+
+    Raises:
+        InvalidDeclaration: one is missing, or is no message class.
+    """
+    for part in parts:
+        message: Any = vars(cls).get(part)
+        if not (isinstance(message, type) and issubclass(message, Message)):
+            raise InvalidDeclaration(f"{cls.__name__} needs inside it `class {part}(Message): …`")
+        message.__ros_name__ = f"{cls.__ros_name__}_{part}"
 
 
 @dataclass(frozen=True, slots=True)
