@@ -32,9 +32,8 @@ from busflow.errors import (
     ServiceUnavailable,
 )
 from busflow.interfaces.action import ActionType, DerivedTypes
-from busflow.interfaces.message import Message, type_name
+from busflow.interfaces.message import Message, shown_value, type_name
 from busflow.msgs.action_msgs import CancelGoal, GoalInfo
-from busflow.text import printable
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -147,9 +146,8 @@ class ActionClient(Generic[A]):
         """
         check_timeout(timeout)
         if type(goal) is not self.type.Goal:
-            given = type_name(type(goal)) if isinstance(goal, Message) else repr(goal)  # type: ignore[redundant-expr]  # users without a type checker
             origin, wanted = self.endpoints.goals.endpoint.origin, type_name(self.type.Goal)
-            raise IncompatibleType(f"{origin} sends {self.action} a {wanted}, not {printable(given, limit=200)}")
+            raise IncompatibleType(f"{origin} sends {self.action} a {wanted}, not {shown_value(goal)}")
         return SentGoal(self, goal, timeout_s=timeout, depth=depth)
 
     def on_feedback(self, message: Any) -> None:

@@ -18,7 +18,7 @@ from busflow.bus.services.call import set_activity
 from busflow.clock import NS_PER_S, nanoseconds_of
 from busflow.errors import IncompatibleType, NotRunning, ServiceUnavailable
 from busflow.interfaces.action import ActionType, DerivedTypes
-from busflow.interfaces.message import Message, type_name
+from busflow.interfaces.message import Message, shown_value, type_name
 from busflow.msgs.action_msgs import CancelGoal, GoalInfo, GoalStatusArray
 from busflow.msgs.builtin_interfaces import Time
 from busflow.text import printable
@@ -202,17 +202,15 @@ class ActionServer(Generic[A]):
 
     def _check_result(self, result: object) -> None:
         if type(result) is not self._type.Result:
-            given = type_name(type(result)) if isinstance(result, Message) else repr(result)
             wanted = type_name(self._type.Result)
             origin = self.endpoints.goals.endpoint.origin
-            raise IncompatibleType(f"{origin} must return a {wanted}, not {printable(given, limit=200)}")
+            raise IncompatibleType(f"{origin} must return a {wanted}, not {shown_value(result)}")
 
     def publish_feedback(self, goal: RunningGoal[Any], feedback: Message) -> None:
         """Publish feedback on a goal that runs."""
         if type(feedback) is not self._type.Feedback:
-            given = type_name(type(feedback)) if isinstance(feedback, Message) else repr(feedback)  # type: ignore[redundant-expr]  # users without a type checker
             wanted = type_name(self._type.Feedback)
-            raise IncompatibleType(f"feedback of {self.action} is a {wanted}, not {printable(given, limit=200)}")
+            raise IncompatibleType(f"feedback of {self.action} is a {wanted}, not {shown_value(feedback)}")
         if goal.state.is_terminal:
             raise NotRunning(f"the goal {goal.id} of {self.action} has ended: it gets no feedback any more")
         goal.feedback_count += 1

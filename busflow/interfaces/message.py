@@ -29,7 +29,7 @@ from busflow.interfaces.arrays import array, take, zeros
 from busflow.interfaces.constructor import constructor, late_maker, plain_fields
 from busflow.interfaces.field_types import *  # noqa: F403 - its __all__ is the list of the field words
 from busflow.interfaces.fields import ArrayKind, FieldType, Length, Primitive, understand
-from busflow.text import did_you_mean, quoted
+from busflow.text import did_you_mean, printable, quoted
 from busflow.validation.annotations import refuse_bare
 from busflow.validation.as_written import written_annotations
 
@@ -247,6 +247,11 @@ def type_name(cls: type[Message | ServiceType]) -> str:
     if not hasattr(cls, "__ros_name__"):
         raise InvalidDeclaration(f"{cls!r} is not a message type; write one: class Balance(Message): …")
     return cls.__ros_name__
+
+
+def shown_value(value: object) -> str:
+    """Return what an error calls a value that should be a message of another type: its type, or its text."""
+    return printable(type_name(type(value)) if isinstance(value, Message) else repr(value), limit=200)
 
 
 def fields_of(cls: type[Message]) -> tuple[FieldType, ...]:

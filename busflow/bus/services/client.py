@@ -9,8 +9,7 @@ from busflow.bus.services.call import Call, Req, Res, waited
 from busflow.bus.services.service import Service
 from busflow.bus.statistics import ClientStatistics
 from busflow.errors import BusflowError, IncompatibleType, NotRunning
-from busflow.interfaces.message import Message, ServiceType, type_name
-from busflow.text import printable
+from busflow.interfaces.message import ServiceType, shown_value, type_name
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import ServiceEndpoint
@@ -107,10 +106,9 @@ class Client(Generic[Req, Res]):
     def _checked(self, request: Req | None) -> Req:
         asked = cast("Req", self.type.Request()) if request is None else request
         if type(asked) is not self.type.Request:
-            given = type_name(type(asked)) if isinstance(asked, Message) else repr(asked)  # type: ignore[redundant-expr]  # users without a type checker
+            wanted = type_name(self.type.Request)
             raise IncompatibleType(
-                f"{self.endpoint.origin} asks {self.service} with a {type_name(self.type.Request)}, not "
-                f"{printable(given, limit=200)}"
+                f"{self.endpoint.origin} asks {self.service} with a {wanted}, not {shown_value(asked)}"
             )
         return asked
 

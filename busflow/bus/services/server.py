@@ -13,7 +13,7 @@ from busflow.bus.services.call import Activity, Call, Req, Res
 from busflow.bus.services.service import Service
 from busflow.bus.statistics import ServerStatistics
 from busflow.errors import IncompatibleType, InvalidDeclaration, ServiceFailed, ServiceGone, ServiceUnavailable
-from busflow.interfaces.message import Message, ServiceType, type_name
+from busflow.interfaces.message import Message, ServiceType, shown_value, type_name
 from busflow.text import printable
 from busflow.validation.tracebacks import reason, user_line
 
@@ -195,11 +195,8 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
 
     def _answer(self, call: Call[Req, Res], response: Any) -> None:
         if type(response) is not self.type.Response:
-            given = type_name(type(response)) if isinstance(response, Message) else repr(response)
             wanted = type_name(self.type.Response)
-            error = IncompatibleType(
-                f"{self.endpoint.origin} must return a {wanted}, not {printable(given, limit=200)}"
-            )
+            error = IncompatibleType(f"{self.endpoint.origin} must return a {wanted}, not {shown_value(response)}")
             self._failed(error, call)
         elif self._serving is call:  # otherwise the node has ended, and the call has failed
             self._serving = None
