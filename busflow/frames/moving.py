@@ -189,14 +189,14 @@ def _axis(message: PointCloud2, data: np.ndarray[Any, Any], name: str) -> np.nda
             f"a cloud needs x, y and z as FLOAT32 or FLOAT64 to be moved; this one has no such {name}"
         )
     dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{kind}")
+    if not message.height * message.width:
+        return np.empty((0,), dtype)
     last = (message.height - 1) * message.row_step + (message.width - 1) * message.point_step + field.offset
-    if message.height * message.width and last + dtype.itemsize > data.size:
+    if last + dtype.itemsize > data.size:
         raise InvalidTransform(
             f"a cloud of {message.height} × {message.width} points has only {data.size} bytes of data"
         )
     shape, strides = (message.height, message.width), (message.row_step, message.point_step)
-    if not message.height * message.width:
-        return np.empty((0,), dtype)
     return np.ndarray(shape, dtype, data, field.offset, strides)
 
 

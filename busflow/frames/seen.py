@@ -93,12 +93,8 @@ class SeenFrames:
 
     def _publishers(self) -> Iterator[Problem]:
         for child, seen in self.edges.items():
-            if (
-                len(seen.publishers) > 1
-                and not seen.one_of
-                and child not in self.tree.moved
-                and child in self.tree.edges
-            ):
+            has_one_parent = child in self.tree.edges and child not in self.tree.moved
+            if has_one_parent and len(seen.publishers) > 1 and not seen.one_of:
                 edge = f"{printable(self.tree.edges[child].parent)} → {printable(child)}"
                 text = f"{counted(len(seen.publishers), 'node')} publish {edge}: {seen.by}"
                 fix = "stop all but one: receivers jump between them"

@@ -65,7 +65,7 @@ class SharedFrames:
     # Taking in.
 
     def take(self, message: TFMessage) -> None:
-        """Take in the transforms of a message on `/tf`, as it is published: what it raised would be the publisher's."""
+        """Take in the transforms of a message on `/tf`, as it is published; raise nothing into its publisher."""
         stamp, stamp_ns = None, 0
         for each in message.transforms:
             parent, child = edge_of(each)

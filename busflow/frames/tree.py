@@ -183,9 +183,10 @@ class FrameTree:
         for frame in (target, source):
             if frame not in self.edges and frame not in self.frames:
                 return Gap(Lack.UNKNOWN, (frame, frame), stamp_ns)
+        roots = self.root(target), self.root(source)
+        if roots[0] != roots[1]:
+            return Gap(Lack.APART, roots, stamp_ns)
         above_target, above_source = list(self._above(target)), list(self._above(source))
-        if self.root(target) != self.root(source):
-            return Gap(Lack.APART, (self.root(target), self.root(source)), stamp_ns)
         while above_target and above_source and above_target[-1] is above_source[-1]:
             above_target.pop()
             above_source.pop()
