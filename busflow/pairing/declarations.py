@@ -63,8 +63,10 @@ class SynchronizedDeclaration(ComposedDeclaration[Callable[P, R]], Generic[P, R]
     def compose(self, node: Node) -> Callable[P, R]:
         """Subscribe the node to the topics of the group."""
         runtime, bound = runtime_of(node), self.function.__get__(node)  # type: ignore[attr-defined]  # a function in a class body
-        group: SynchronizedGroup = HoldGroup(bound, self.origin)
-        if self._within_ns is not None:
+        group: SynchronizedGroup
+        if self._within_ns is None:
+            group = HoldGroup(bound, self.origin)
+        else:
             group = StampGroup(bound, self.origin, len(self._topics), self._within_ns)
         layers = runtime.surroundings.subscription_qos
         for number, (topic, kind) in enumerate(zip(self._topics, self._types(), strict=True)):

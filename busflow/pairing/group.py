@@ -44,7 +44,7 @@ class SynchronizedGroup:
                 self.members[0].fail(error, messages[0])
         return handled
 
-    def stir(self) -> bool:
+    def wake_task(self) -> bool:
         """Wake the task of an `async` handler; return False where there is none."""
         if self._arrived is None:
             return False
@@ -58,7 +58,7 @@ class SynchronizedGroup:
     async def _pump(self, arrived: asyncio.Event) -> None:
         while True:
             for member in self.members:  # now that nothing is left to take, the next message wakes this task
-                member.rest()
+                member.set_idle()
             await arrived.wait()
             arrived.clear()
             while (messages := self.take()) is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from inspect import iscoroutinefunction
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
@@ -72,7 +72,7 @@ class FrameWaiter:
         """Hand over nothing in a turn of the dispatcher."""
         return 0
 
-    def stir(self) -> bool:
+    def wake_task(self) -> bool:
         """Wake the task that hands over."""
         self._arrived.set()
         return True
@@ -81,13 +81,10 @@ class FrameWaiter:
         """Say why the last message had no transform."""
         return self._reason
 
-    def pump(self, member: Member) -> Coroutine[Any, Any, None]:
-        """Return the task that waits for transforms, and hands over."""
-        return self._pump(member)
-
-    async def _pump(self, member: Member) -> None:
+    async def pump(self, member: Member) -> None:
+        """Wait for the transform of each message, and hand the message over, until the handler fails."""
         while True:
-            member.rest()
+            member.set_idle()
             await self._arrived.wait()
             self._arrived.clear()
             while member.items:

@@ -41,7 +41,7 @@ class Serving(Protocol):
         """Return the task of an `async` handler, for the first member."""
         ...
 
-    def stir(self) -> bool:
+    def wake_task(self) -> bool:
         """Wake that task; return False where there is none."""
         ...
 
@@ -112,7 +112,7 @@ class Member(Subscription[Any]):
     def wake(self) -> None:
         """Let the group have a turn, because a message waits."""
         self.idle = False
-        if not self._group.stir():
+        if not self._group.wake_task():
             self._dispatcher.schedule(self)  # type: ignore[union-attr]  # attached, or nothing would arrive
 
     def turn(self, limit: int) -> int:
@@ -122,13 +122,13 @@ class Member(Subscription[Any]):
         handled = self._group.serve(limit)
         if self._open:
             if handled < limit:
-                self.rest()
+                self.set_idle()
             else:
                 self._dispatcher.ready.append(self)  # type: ignore[union-attr]  # attached, or it had no turn
         return handled
 
-    def rest(self) -> None:
-        """Be woken by the next message."""
+    def set_idle(self) -> None:
+        """Let the next message wake the group."""
         self._set_idle()
 
     @property
