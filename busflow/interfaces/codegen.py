@@ -1,4 +1,4 @@
-"""Source: the one place where busflow writes a function as text and has Python compile it.
+"""FunctionSource: the one place where busflow writes a function as text and has Python compile it.
 
 Encoding an Imu takes half the time when its fields are named in the code instead of being looked up in a table, and
 messages are encoded thousands of times a second; the standard library's dataclasses are made in the same way. No text
@@ -70,5 +70,5 @@ def word(name: str) -> str:
         InvalidDeclaration: The name is no plain word.
     """
     if not _WORD.fullmatch(name) or iskeyword(name):
-        raise InvalidDeclaration(f"{name!r} names no field: lower-case letters, digits and underscores")
+        raise InvalidDeclaration(f"{name!r} names no field: write lower-case letters, digits and underscores")
     return name

@@ -159,7 +159,7 @@ def descendants(ancestor: int) -> list[int]:
             # The name of the program comes before, in parentheses, and may hold anything.
             parents[int(status.parent.name)] = int(status.read_text().rpartition(")")[2].split()[1])
     found = [ancestor]
-    for above in found:
+    for above in found:  # which grows meanwhile
         found += [pid for pid, parent in parents.items() if parent == above]
     return found[1:]
 

@@ -70,7 +70,6 @@ class Trace(Extension):
             attached.on_change.append(lambda _old, result: self._on_parameters(attached.node, result))
         if isinstance(attached, Publisher | Subscription):
             self._on_end(cast("Publisher[Any] | Subscription[Any]", attached))
-
         if isinstance(attached, Server | Client) and attached.service not in self._services:
             self._services.add(attached.service)
             self._bus.services[attached.service].taps.append(self._on_call)
