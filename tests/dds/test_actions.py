@@ -86,7 +86,7 @@ def server(stage):
     found = of_actions(stage, "enclave=/;")
     found.do("serve_action", name="/other")
     found.do("advertise", topic="rt/send", kind="Int64", latched=True, depth=1)
-    stage.until("/other", "action", "list")
+    stage.until("Action servers: 1", "action", "info", "/other")
     return found
 
 
