@@ -58,10 +58,9 @@ class Connection:
 
     def finish(self) -> None:
         """Wait until what was published and answered last has left, before the session closes."""
-        threads = self.sender, self.replier
-        for each in threads:
-            each.finish(_LAST_S)
-        if any(each.largest >= LARGE for each in threads):
+        for thread in (self.sender, self.replier):
+            thread.finish(_LAST_S)
+        if max(self.sender.largest, self.replier.largest) >= LARGE:
             sleep(_OVERTAKEN_S)
 
 

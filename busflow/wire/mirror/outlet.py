@@ -1,7 +1,7 @@
 """Outlet: encodes one publisher's messages and sends them to other processes, while one of these subscribes."""
 
 # Zenoh's stubs leave out what many of its methods return.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 
 from __future__ import annotations
 
@@ -181,7 +181,8 @@ class Outlet:
         self.flush()
         self._closed = True
         self._publisher.send_through(None)
-        self._sender.hand(self._token.undeclare)  # others remove the publisher soon after the end of its token
+        undeclare: Any = self._token.undeclare
+        self._sender.hand(undeclare)  # others remove the publisher soon after the end of its token
         # The end of the references, of which the sender may hold the last, undeclares the Zenoh publishers without the
         # interpreter's lock. `undeclare` of one that keeps its messages holds the lock while it waits for a thread of
         # Zenoh. If that thread needs the lock to report listeners, both wait for ten seconds.
