@@ -106,6 +106,7 @@ def test_a_goal_has_feedback_and_a_result(page: Page):
     feedback = [frame["payload"] for frame in frames if frame.get("subscription") == 2]
     while len(feedback) < 2:  # it may come after the result, which takes another way
         feedback.append(page.message(2)["payload"])
+    assert len(feedback) == 2
     assert all(uuid.UUID(goal_id).bytes in each for each in feedback)
 
 
