@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from datetime import timedelta
@@ -418,8 +419,8 @@ machines:
 network: {{ca: {certificates}/ca.pem}}
 nodes:
   teller: {{plugin: teller, machine: head, parameters: {{rate_hz: 20}}}}
-  hearer: {{plugin: hearer, machine: arm, parameters: {{tell_at: 10}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
-  here: {{plugin: hearer, parameters: {{tell_at: 10}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
+  hearer: {{plugin: hearer, machine: arm, parameters: {{tell_at: 40}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
+  here: {{plugin: hearer, parameters: {{tell_at: 40}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
 """
     runs = {name: start(text, machine=name) for name in ("main", "arm", "head")}
     for own, run in runs.items():
@@ -427,12 +428,16 @@ nodes:
             run.wait_for(f"the machine {name} is linked")
     for name in ("main", "arm"):
         runs[name].wait_for("heard enough")
+    # While the third machine joins, Zenoh chooses its ways between them anew, and may lose what is on them.
+    (at_start,) = json.loads(ask(runs["arm"].runtime, "topic", "stats", "numbers", "--json"))["topics"]
     assert runs["main"].end() == 130
     runs["arm"].wait_for("the machine main is not linked any more")
     ask(runs["arm"].runtime, "topic", "echo", "numbers", "--once")
     assert runs["arm"].end() == runs["head"].end() == 130
+    lost = Counter[str]()
     for name in ("main", "arm"):
         topic = runs[name].topic("/numbers")
-        assert topic["losses"] == {}, "nothing comes twice, and nothing is missed"
+        lost.update(topic["losses"])
         (line,) = topic["subscriptions"]
-        assert topic["published"] == line["published"] == line["delivered"] + line["queued"]
+        assert topic["published"] == line["published"] == line["delivered"] + line["queued"], "nothing comes twice"
+    assert lost == at_start["losses"], "nothing is missed when a machine leaves"
