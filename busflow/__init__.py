@@ -3,8 +3,7 @@
 All public names of the core are here. They are imported at first use, so that the command line starts fast.
 """
 
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all else before the command line
 if TYPE_CHECKING:
     from busflow.actions.client import ActionClient as ActionClient
     from busflow.actions.client import SentGoal as SentGoal
@@ -247,7 +246,7 @@ __all__ = [
 __version__ = "0.1.0"
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Import a public name when it is first used (PEP 562)."""
     if name not in _HOMES:
         raise AttributeError(f"module 'busflow' has no attribute {name!r}")
