@@ -106,9 +106,7 @@ class Preflight:
             node_class = plugins.load(spec.plugin, spec.folders)
         except PluginError as error:
             if error.problem.code != "unknown-plugin" or Doubt.PLUGINS not in doubts:
-                problem = _at_plugin(error.problem, spec)
-                if (problem.message, problem.place) not in {(each.message, each.place) for each in plan.problems}:
-                    plan.problems.append(problem)
+                plan.problems.append(_at_plugin(error.problem, spec))
             return
         factory = NodeFactory(node_class, spec.name)
         try:

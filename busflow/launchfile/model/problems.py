@@ -61,7 +61,7 @@ class Problems:
 
 
 def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]:
-    """Sort problems by file, in this order, and by line; remove repeated ones.
+    """Sort problems by file, in this order, and by line; of those that say the same about one place, keep the first.
 
     Problems outside of files, such as the command line's, come first in their order. Those in the code of nodes come
     last, unless a launch file names the node. Warnings are left out beside a repeated key, from which they may follow.
@@ -79,7 +79,10 @@ def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]
     found = list(problems)
     if any(each.code == "duplicate-key" for each in found):
         found = [each for each in found if each.severity is Severity.ERROR]
-    return sorted((each for n, each in enumerate(found) if each.place is None or each not in found[:n]), key=position)
+    first: dict[object, Problem] = {}
+    for number, each in enumerate(found):
+        first.setdefault((each.place or number, each.severity, each.message, each.fix), each)
+    return sorted(first.values(), key=position)
 
 
 def log_problems(problems: Iterable[Problem], log: Logger, *, embedded: bool) -> None:

@@ -157,10 +157,27 @@ def test_missing_plugin_hides_no_other_problem(check):
     assert (plan.errors[0].place.line, plan.errors[0].place.column) == (5, 18)
 
 
-def test_fault_of_a_plugin_is_reported_once(check, folder):
-    folder.write("import nowhere_at_all\n", "plugins/broken.py")
+WRONG_DEFAULT = """
+from busflow import Node, Parameters
+class Rates(Parameters):
+    rate_hz: float = "fast"
+    name: str = "x"
+class Broken(Node):
+    parameters: Rates
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "fault"),
+    [
+        ("import nowhere_at_all\n", "plugin-import"),
+        (WRONG_DEFAULT, "declaration"),
+    ],
+)
+def test_fault_of_a_plugin_is_reported_once(check, folder, code, fault):
+    folder.write(code, "plugins/broken.py")
     plan = check("plugins: [plugins]\nnodes: {a: {plugin: broken}, b: {plugin: broken}}\n")
-    assert [problem.code for problem in plan.errors] == ["plugin-import"]
+    assert [problem.code for problem in plan.errors] == [fault]
 
 
 def test_unreadable_nodes_leave_no_process_unused(folder):
