@@ -513,3 +513,8 @@ def test_a_recording_among_several_files_is_refused(capsys: Captured):
     Path("run.mcap").touch()
     assert main(["check", "talk.yaml", "run.mcap"]) == 2
     assert "run.mcap is a recording" in capsys.readouterr().err
+
+
+def test_argument_before_the_file_is_refused(capsys: Captured):
+    assert main(["check", "rate_hz:=2", "talk.yaml"]) == 2
+    assert "error: rate_hz:=2 is an argument of the launch file: name the file first" in capsys.readouterr().err

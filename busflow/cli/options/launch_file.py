@@ -108,11 +108,14 @@ class LaunchSource:
 
 
 def refuse_other_kinds(file: Path) -> None:
-    """Refuse a file that is no launch file by its suffix, and say what to do with it.
+    """Refuse what is no launch file by its name, and say what to do with it.
 
     Raises:
         click.UsageError: It is no launch file.
     """
+    if ":=" in str(file):
+        why = f"{printable(file)} is an argument of the launch file: name the file first"
+        raise click.UsageError(why, click.get_current_context())
     if kind := _OTHER_KINDS.get(file.suffix):
         raise click.UsageError(f"{printable(file)} {kind}", click.get_current_context())
 
