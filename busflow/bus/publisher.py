@@ -19,8 +19,7 @@ from busflow.bus.qos import Liveliness
 from busflow.bus.statistics import PublisherStatistics
 from busflow.clock import NS_PER_S
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
-from busflow.interfaces.message import Message, type_name
-from busflow.text import printable
+from busflow.interfaces.message import Message, shown_value, type_name
 
 if TYPE_CHECKING:
     from busflow.bus.topic import Topic
@@ -182,7 +181,7 @@ class Publisher(Generic[M]):
         if type(message) is not self.type:
             raise IncompatibleType(
                 f"{self.endpoint.node} publishes {type_name(self.type)} on {self.topic}, but was given "
-                f"{printable(_type_shown(message), limit=200)}"
+                f"{shown_value(message)}"
             )
         if self._topic is None:
             raise NotRunning(f"the publisher of {self.topic} in {self.endpoint.node} is not part of a running graph")
@@ -314,10 +313,3 @@ class Publisher(Generic[M]):
 
     def __repr__(self) -> str:
         return f"<Publisher {self.topic} of {self.endpoint.node}: {self.published} published>"
-
-
-def _type_shown(message: object) -> str:
-    """Describe the value that was given as a message."""
-    if isinstance(message, type):
-        return f"the class {message.__name__}: write {message.__name__}()"
-    return type_name(type(message)) if isinstance(message, Message) else f"{type(message).__name__} {message!r}"

@@ -251,7 +251,10 @@ def type_name(cls: type[Message | ServiceType]) -> str:
 
 def shown_value(value: object) -> str:
     """Return what an error calls a value that should be a message of another type: its type, or its text."""
-    return printable(type_name(type(value)) if isinstance(value, Message) else repr(value), limit=200)
+    text = repr(value)
+    if isinstance(value, type) and issubclass(value, Message):
+        text = f"the class {value.__qualname__}: write {value.__qualname__}()"
+    return printable(type_name(type(value)) if isinstance(value, Message) else text, limit=200)
 
 
 def fields_of(cls: type[Message]) -> tuple[FieldType, ...]:

@@ -145,6 +145,8 @@ async def test_request_of_another_type_is_refused():
     async with harness(Adder) as lab:
         with pytest.raises(IncompatibleType, match="asks /adder/add with a test/srv/Add_Request, not std_srvs/srv/"):
             await lab.call(Add, "adder/add", SetBool.Request())
+        with pytest.raises(IncompatibleType, match=r"not the class Add.Request: write Add.Request\(\)$"):
+            await lab.call(Add, "adder/add", Add.Request)
         with pytest.raises(IncompatibleType, match="/adder/add is a test/srv/Add, not a std_srvs/srv/Tri"):
             await lab.call(Trigger, "adder/add")
         with pytest.raises(IncompatibleType, match="uses the service /adder/slow as std_srvs/srv/Trigger, but it is"):
