@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
-from inspect import CORO_CREATED, getcoroutinestate, isasyncgen, iscoroutine, isgenerator
+from inspect import isasyncgen, iscoroutine, isgenerator
 from typing import cast
 
 from busflow.errors import InvalidDeclaration
@@ -27,9 +27,9 @@ class Failure:
     message: Message | None = None
 
     def __post_init__(self) -> None:
-        forgotten = getattr(self.cause, "obj", None)
-        if iscoroutine(forgotten) and getcoroutinestate(forgotten) == CORO_CREATED:
-            forgotten.close()  # its failure says that it was never awaited; Python need not warn as well
+        from busflow.validation.advice import close_unawaited  # here, as it is needed for errors alone
+
+        close_unawaited(self.cause)
 
     @property
     def summary(self) -> str:
@@ -58,7 +58,7 @@ class Failure:
         return "\n".join(lines)
 
     def _raised(self) -> str:
-        from busflow.validation.advice import advice  # here, as it is needed for errors alone
+        from busflow.validation.advice import advice  # as above
 
         error = self.cause
         text = "; ".join(filter(None, [printable(str(error), limit=_SHOWN), advice(error)]))

@@ -7,13 +7,16 @@ import pkgutil
 import re
 import sys
 from collections.abc import Collection
-from inspect import iscoroutine
+from inspect import CORO_CREATED, getcoroutinestate, iscoroutine
+from traceback import walk_tb
 from types import TracebackType
 
 from busflow.text import nearest, printable
 
 _IMPORTED = re.compile(r"cannot import name '(\w+)'")
 """The only place in which Python 3.11 has the name that a module lacks."""
+_SECOND_LOOP = re.compile(r"a running event loop|loop is (already )?running|Already running asyncio")
+"""What asyncio and anyio say of a loop that is to run in another."""
 
 
 _RCLPY = {"call_async": "await client.call(request)", "wait_for_service": "await client.ready(timeout=5)"}
@@ -24,6 +27,8 @@ def advice(error: BaseException) -> str | None:
     """Return what to do about an exception: the nearest name to a misspelt one, or a forgotten await."""
     if isinstance(error, AttributeError) and iscoroutine(error.obj):
         return f"write await before the call of {error.obj.__qualname__}"
+    if isinstance(error, RuntimeError) and _SECOND_LOOP.search(str(error)):
+        return "await what is to run, in an async def"
     if isinstance(error, AttributeError) and (instead := _RCLPY.get(str(error.name))):
         return f"write {instead}"
     try:
@@ -32,6 +37,17 @@ def advice(error: BaseException) -> str | None:
         return None
     meant = nearest(word, [each for each in known if word.startswith("_") or not each.startswith("_")])
     return None if meant is None else f"did you mean {printable(meant)!r}?"
+
+
+def close_unawaited(error: BaseException) -> None:
+    """Close the coroutines that an exception shows to lack an await, so that Python does not warn of it as well."""
+    held: list[object] = [getattr(error, "obj", None)]
+    if isinstance(error, RuntimeError) and _SECOND_LOOP.search(str(error)):
+        # The frames of asyncio hold what it was to run.
+        held += [each for frame, _ in walk_tb(error.__traceback__) for each in frame.f_locals.values()]
+    for each in held:
+        if iscoroutine(each) and getcoroutinestate(each) == CORO_CREATED:
+            each.close()
 
 
 def _missing(error: BaseException) -> tuple[str, Collection[str]]:

@@ -1,12 +1,13 @@
 """What to write in place of a name that Python has not found."""
 
+import asyncio
 import importlib
 from collections.abc import Callable
 
 import pytest
 
 from busflow.msgs import sensor_msgs
-from busflow.validation.advice import advice
+from busflow.validation.advice import advice, close_unawaited
 
 
 def raised(code: Callable[[], object]) -> BaseException:
@@ -44,3 +45,15 @@ def test_a_name_of_rclpys_client_is_translated():
 def test_text_of_its_own_is_left_alone():
     """A node's error for a name of rclpy says already what to write."""
     assert advice(AttributeError("Arm has no get_name_", name="get_name", obj=raised)) is None
+
+
+def test_second_event_loop_has_advice_without_warning():
+    async def work():
+        raise AssertionError
+
+    async def handler():
+        error = raised(lambda: asyncio.run(work()))
+        close_unawaited(error)  # else pytest fails a coroutine that nothing has awaited
+        return advice(error)
+
+    assert asyncio.run(handler()) == "await what is to run, in an async def"

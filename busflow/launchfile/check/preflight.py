@@ -176,8 +176,11 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
 
 def problem_in_code(error: BaseException, what: str, origin: Place | None = None) -> Problem:
     """Return the problem of an exception in a plugin's own code, at the line that raised it, or else at `origin`."""
+    from busflow.validation.advice import advice, close_unawaited  # here, as it is needed for errors alone
+
+    close_unawaited(error)
     place = user_line(error)
-    fix = f"correct the line that raises {type(error).__name__}" if place is not None else NO_INIT
+    fix = advice(error) or f"correct the line that raises {type(error).__name__}" if place is not None else NO_INIT
     return Problem("declaration", f"{what}: {type(error).__name__}: {error}", fix, place or origin)
 
 

@@ -180,6 +180,13 @@ def test_fault_of_a_plugin_is_reported_once(check, folder, code, fault):
     assert [problem.code for problem in plan.errors] == [fault]
 
 
+def test_misspelt_name_in_declare_gets_the_nearest(check, folder):
+    code = "from busflow import Node\nclass Broken(Node):\n    def declare(self):\n        self.create_publishr()\n"
+    folder.write(code, "plugins/broken.py")
+    (problem,) = check("plugins: [plugins]\nnodes: {a: {plugin: broken}}\n").errors
+    assert problem.fix == "did you mean 'create_publisher'?"
+
+
 def test_unreadable_nodes_leave_no_process_unused(folder):
     folder.write("groups: [{nodes: {a: {plugin: talker, process: motors}}}]\nprocesses: {motors: {}}\n")
     description, _ = examine("lab1.yaml", environment={})
