@@ -84,19 +84,23 @@ def validate(cls: type[P], data: Mapping[str, object]) -> P:
 
     Raises:
         InvalidParameter: With every fault of `data`, not the first alone.
-        InvalidDeclaration: A default of the class is not what its own annotation allows.
+        InvalidDeclaration: Defaults of the class are not what their own annotations allow. Its cause has the faults of
+            `data`, if there are any.
     """
     try:
         return cls.model_validate(data, by_name=True)
     except ValidationError as error:
         found = faults(error, cls, data, noun="parameter")
-    for fault in found:
-        if fault.code != "missing" and fault.path and fault.path[0] in cls.model_fields.keys() - data.keys():
-            wrong = InvalidDeclaration(f"{cls.__name__}: the default of {fault.message}")
-            with suppress(OSError, TypeError):  # a class that was typed into an interpreter has no source
-                wrong.place = line(inspect.getfile(cls), inspect.getsourcelines(cls)[1])
-            raise wrong
-    raise InvalidParameter(found)
+    unstated = cls.model_fields.keys() - data.keys()
+    defaults = [each for each in found if each.code != "missing" and each.path and each.path[0] in unstated]
+    if not defaults:
+        raise InvalidParameter(found)
+    text = "; ".join(f"the default of {each.message}" for each in defaults)
+    wrong = InvalidDeclaration(f"{cls.__name__}: {text}")
+    with suppress(OSError, TypeError):  # a class that was typed into an interpreter has no source
+        wrong.place = line(inspect.getfile(cls), inspect.getsourcelines(cls)[1])
+    stated = [each for each in found if each not in defaults]
+    raise wrong from (InvalidParameter(stated) if stated else None)
 
 
 def describe(cls: type[Parameters]) -> tuple[ParameterInfo, ...]:

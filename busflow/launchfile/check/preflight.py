@@ -111,13 +111,14 @@ class Preflight:
         factory = NodeFactory(node_class, spec.name)
         try:
             parameters = factory.parameters(cast("Mapping[str, object]", spec.parameters.data))
-        except InvalidParameter as error:
-            faults = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
-            plan.problems += parameter_problems(InvalidParameter(faults), spec)
-            self._plan_without_faults(plan, spec, factory, error, topics)
-            return
         except BusflowError as error:
-            plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
+            refused = error if isinstance(error, InvalidParameter) else error.__cause__
+            if refused is not error:
+                plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
+            if isinstance(refused, InvalidParameter):
+                faults = [each for each in refused.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
+                plan.problems += parameter_problems(InvalidParameter(faults), spec)
+                self._plan_without_faults(plan, spec, factory, refused, topics)
             return
         node = _guarded(plan, spec, f"{spec.full_name} cannot be built", partial(factory.build, parameters))
         if node is not None:

@@ -180,6 +180,12 @@ def test_fault_of_a_plugin_is_reported_once(check, folder, code, fault):
     assert [problem.code for problem in plan.errors] == [fault]
 
 
+def test_wrong_default_hides_no_wrong_value(check, folder):
+    folder.write(WRONG_DEFAULT, "plugins/broken.py")
+    plan = check("plugins: [plugins]\nnodes: {a: {plugin: broken, parameters: {name: 3}}}\n")
+    assert [problem.code for problem in plan.errors] == ["declaration", "wrong-type"]
+
+
 def test_misspelt_name_in_declare_gets_the_nearest(check, folder):
     code = "from busflow import Node\nclass Broken(Node):\n    def declare(self):\n        self.create_publishr()\n"
     folder.write(code, "plugins/broken.py")
