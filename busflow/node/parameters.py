@@ -95,8 +95,7 @@ def validate(cls: type[P], data: Mapping[str, object]) -> P:
     defaults = [each for each in found if each.code != "missing" and each.path and each.path[0] in unstated]
     if not defaults:
         raise InvalidParameter(found)
-    text = "; ".join(f"the default of {each.message}" for each in defaults)
-    wrong = InvalidDeclaration(f"{cls.__name__}: {text}")
+    wrong = InvalidDeclaration(f"{cls.__name__}: {'; '.join(f'the default of {each.message}' for each in defaults)}")
     with suppress(OSError, TypeError):  # a class that was typed into an interpreter has no source
         wrong.place = line(inspect.getfile(cls), inspect.getsourcelines(cls)[1])
     stated = [each for each in found if each not in defaults]
@@ -115,6 +114,18 @@ def value_of(parameters: BaseModel, name: str) -> Any:
     for step in name.split("."):
         found = getattr(found, step, None)
     return plain(found)
+
+
+def grouped(values: Mapping[str, object]) -> dict[str, Any]:
+    """Return values by dotted name with a mapping for each group.
+
+    >>> grouped({"rate_hz": 10.0, "noise.imu": 0.5})
+    {'rate_hz': 10.0, 'noise': {'imu': 0.5}}
+    """
+    found: Any = {}
+    for name, value in values.items():
+        found = _assign(found, tuple(name.split(".")), value)
+    return found
 
 
 def unknown(name: str, known: Iterable[str]) -> InvalidParameter:

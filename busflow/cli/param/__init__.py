@@ -142,8 +142,9 @@ def dump(run: str | None, node: str, output: Path | None, as_json: bool) -> None
         _print_nodes(peer, {absolute_name(node): rows})
         return
     from busflow.launchfile.load.parameter_file import text_for
+    from busflow.node.parameters import grouped
 
-    text = text_for(absolute_name(node), _nested(rows))
+    text = text_for(absolute_name(node), grouped({row["name"]: row["value"] for row in rows}))
     if output is None:
         click.echo(text)
     else:
@@ -240,18 +241,6 @@ def _constraints(row: Row) -> Iterator[str]:
         yield f"Step: {bounds['step']}"
     if row["choices"]:
         yield f"One of: {printable(', '.join(map(str, row['choices'])))}"
-
-
-def _nested(rows: Iterable[Row]) -> dict[str, Any]:
-    """Return the values by name, with a level of nesting for each dot."""
-    tree: dict[str, Any] = {}
-    for row in rows:
-        *groups, name = row["name"].split(".")
-        level = tree
-        for group in groups:
-            level = level.setdefault(group, {})
-        level[name] = row["value"]
-    return tree
 
 
 def _as_json(row: Row) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.node import plugins
 from busflow.node.factory import NodeFactory
 from busflow.node.node import Node, parameters_class
-from busflow.node.parameters import ParameterInfo, describe, value_of
+from busflow.node.parameters import ParameterInfo, describe, grouped, value_of
 from busflow.runner.sources import What, described
 from busflow.text import did_you_mean
 
@@ -141,17 +141,9 @@ def _built(what: Any, recorded: Recorded, plan: ReplayPlan) -> What:
 def _nested_values(values: Mapping[str, object], cls: type[Node], node: str, plan: ReplayPlan) -> dict[str, object]:
     """Return the recorded values, nested as in a launch file; note and omit parameters that no longer exist."""
     infos = {info.name: info for info in describe(parameters_class(cls))}
-    found: dict[str, Any] = {}
-    for name, value in values.items():
-        if name not in infos:
-            plan.notes.append(f"{node} had a parameter {name} when it was recorded, and has no such parameter now")
-            continue
-        *groups, last = name.split(".")
-        inner = found
-        for group in groups:
-            inner = inner.setdefault(group, {})
-        inner[last] = plain(value, infos[name])
-    return found
+    for name in (each for each in values if each not in infos):
+        plan.notes.append(f"{node} had a parameter {name} when it was recorded, and has no such parameter now")
+    return grouped({name: plain(value, infos[name]) for name, value in values.items() if name in infos})
 
 
 def plain(value: object, info: ParameterInfo) -> object:
