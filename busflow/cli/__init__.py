@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
 import sys
@@ -84,9 +85,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         discard_output()
         if isinstance(error, BrokenPipeError):
             return code  # the reader of our output has closed it: `busflow config … | head -1`
-        print_message(
-            f"error: {error.strerror}{f': {error.filename}' if error.filename else ', on writing the output'}"
-        )
+        where = f": {error.filename}" if error.filename else ", on writing the output"
+        if error.errno == errno.EMFILE:
+            where = ": allow more, for instance with ulimit -n 1024"
+        print_message(f"error: {error.strerror}{where}")
         return ExitCode.FAILED
     if argv is None:
         _leave_threads_behind(code)

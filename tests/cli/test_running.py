@@ -1,5 +1,6 @@
 """`running.py`: the recording of a run, by `busflow run --record` or `record:`, also on failures and full disks."""
 
+import errno
 import json
 import os
 import resource
@@ -79,6 +80,15 @@ def test_existing_recording_is_refused_before_the_run(capsys: Captured):
 def test_missing_folder_is_reported_with_the_fix(capsys: Captured):
     assert main(["run", "talk.yaml", *SIM, "--record", "runs/run.mcap"]) == 2
     assert "mkdir -p runs" in capsys.readouterr().err
+
+
+def test_too_few_files_are_one_error(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
+    def refuse(*_: object):
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr("socket.socketpair", refuse)
+    assert main(["run", "talk.yaml"]) == 1
+    assert capsys.readouterr().err == "error: Too many open files: allow more, for instance with ulimit -n 1024\n"
 
 
 def test_a_graph_that_cannot_run_leaves_no_file():

@@ -49,6 +49,10 @@ def answers(loop: asyncio.AbstractEventLoop) -> bool:
 class _Loop(asyncio.SelectorEventLoop):
     """Ends without waiting for calls that a node left in `asyncio.to_thread`."""
 
+    def __del__(self) -> None:
+        if hasattr(self, "_ssock"):  # else no more files may be open, and asyncio's own way ends in a traceback
+            super().__del__()
+
     async def shutdown_default_executor(self, *_args: float | None) -> None:
         executor = getattr(self, "_default_executor", None)
         if executor is not None:

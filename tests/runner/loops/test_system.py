@@ -1,6 +1,8 @@
 """The loop of `busflow run` waits as asyncio's does: for deadlines, for sockets and for other threads."""
 
 import asyncio
+import errno
+import gc
 import os
 import selectors
 import signal
@@ -17,6 +19,17 @@ from busflow.runner.loops.system import new_event_loop
 def run(main):
     with asyncio.Runner(loop_factory=new_event_loop) as runner:
         return runner.run(main())
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")  # its selector is closed as it goes
+def test_loop_without_files_leaves_no_traceback(monkeypatch: pytest.MonkeyPatch):
+    def refuse():
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(socket, "socketpair", refuse)
+    with pytest.raises(OSError, match="Too many open files"):
+        new_event_loop()
+    gc.collect()  # pytest fails what raises there
 
 
 def test_deadlines_come_in_order_and_none_too_early():
