@@ -61,7 +61,7 @@ def replay(
 
     if (source is None) == (plugin is None):
         both = " instead of it: not both" if plugin is not None else ""
-        raise click.UsageError(f"name a launch file, or a plugin with --plugin{both}", context)
+        raise click.UsageError(f"name a launch file after the recording, or a plugin with --plugin{both}", context)
     what = source.description() if source is not None else _alone(str(plugin), nodes, folder, context)
     outcome = run_anew(recording, what, nodes=nodes, keep=0, **how)
     return _print_outcome(outcome, show, as_json=as_json)

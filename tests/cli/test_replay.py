@@ -103,8 +103,8 @@ def test_incomplete_recording_is_refused(capsys, bag, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        ([], "name a launch file, or a plugin with --plugin"),
-        ([LAB, "--plugin", "x"], "name a launch file, or a plugin with --plugin"),
+        ([], "name a launch file after the recording, or a plugin with --plugin"),
+        ([LAB, "--plugin", "x"], "name a launch file after the recording, or a plugin with --plugin"),
         (["--plugin", "x", "--node", "a", "--node", "b"], "--plugin runs one node"),
         ([LAB, "--node", "sensor"], f"{LAB} has no node /sensor; known: /sensor_processor"),
         (["--plugin", "nothing"], "there is no plugin 'nothing'"),
