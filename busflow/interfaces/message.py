@@ -251,10 +251,12 @@ def type_name(cls: type[Message | ServiceType]) -> str:
 
 def shown_value(value: object) -> str:
     """Return what an error calls a value that should be a message of another type: its type, or its text."""
+    if isinstance(value, Message):
+        return type_name(type(value))
     text = repr(value)
     if isinstance(value, type) and issubclass(value, Message):
         text = f"the class {value.__qualname__}: write {value.__qualname__}()"
-    return printable(type_name(type(value)) if isinstance(value, Message) else text, limit=200)
+    return printable(text, limit=200)
 
 
 def fields_of(cls: type[Message]) -> tuple[FieldType, ...]:
