@@ -1,6 +1,6 @@
 /** Connected parts of a graph, and how they are packed beside and below each other. Pure. */
+import type { Point, Size } from "./geometry";
 import type { GraphModel } from "./model";
-import type { Size } from "./viewport";
 
 /** Splits a model into its connected parts, the largest first; the members of a group stay together. */
 export function connectedParts(model: GraphModel): readonly GraphModel[] {
@@ -35,7 +35,7 @@ export function connectedParts(model: GraphModel): readonly GraphModel[] {
 
 export interface Packed {
   /** The left upper corner of each box, in the order of the boxes. */
-  readonly places: readonly { readonly x: number; readonly y: number }[];
+  readonly places: readonly Point[];
   readonly size: Size;
 }
 
@@ -59,7 +59,7 @@ function scaleOf(size: Size, screen: Size): number {
 
 /** Packs boxes into rows of a width; beside a high box, low ones stand below each other. */
 function inRows(boxes: readonly Size[], most: number): Packed {
-  const places: { x: number; y: number }[] = [];
+  const places: Point[] = [];
   let [x, y, rowHeight, width] = [0, 0, 0, 0];
   let column: Size = { width: 0, height: 0 };
   for (const box of boxes) {

@@ -1,18 +1,10 @@
 /** Details: what is selected in the graph, with the way back to the list. */
-import type { ComponentChildren } from "preact";
 import { Icon } from "../../controls/icons";
-import type { GraphState, Session } from "../../store/session";
+import type { DetailsProps } from "./details_parts";
 import { EdgeDetails } from "./edge_details";
 import { edgeId, serviceKind, vertexId, type EdgeKind } from "./model";
 import { NodeDetails } from "./node_details";
 import { ServiceDetails, TopicDetails } from "./topic_details";
-
-export interface DetailsProps {
-  readonly session: Session;
-  readonly state: GraphState;
-  readonly selected: string;
-  readonly onSelect: (id: string | null) => void;
-}
 
 const EDGE_KINDS: readonly EdgeKind[] = ["publish", "deliver", "call", "serve"];
 
@@ -48,47 +40,4 @@ function Selected(props: DetailsProps) {
     if (called !== undefined) return <ServiceDetails {...props} service={called} />;
   }
   return <p class="quiet">It has gone.</p>;
-}
-
-interface HeadingProps {
-  readonly kind: string;
-  readonly children: ComponentChildren;
-}
-
-export function Heading({ kind, children }: HeadingProps) {
-  return (
-    <header class="details-head">
-      <p class="quiet small">{kind}</p>
-      <h2>{children}</h2>
-    </header>
-  );
-}
-
-interface SectionProps {
-  readonly title: string;
-  readonly children: ComponentChildren;
-}
-
-export function Section({ title, children }: SectionProps) {
-  return (
-    <section class="details-section">
-      <h3>{title}</h3>
-      {children}
-    </section>
-  );
-}
-
-interface LinkProps {
-  readonly id: string;
-  readonly onSelect: (id: string) => void;
-  readonly children: ComponentChildren;
-}
-
-/** A name that selects what it names. */
-export function Link({ id, onSelect, children }: LinkProps) {
-  return (
-    <button type="button" class="link mono" onClick={() => onSelect(id)}>
-      {children}
-    </button>
-  );
 }

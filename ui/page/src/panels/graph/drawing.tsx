@@ -4,14 +4,15 @@ import { useEffect, useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import { Icon } from "../../controls/icons";
 import { EdgeLabel, EdgeShape, Markers } from "./edge";
 import { isOfGroup } from "./folding";
+import type { Box, Size } from "./geometry";
 import { useGestures } from "./gestures";
-import { beginningOf, bestLayout, structureOf, type Box, type Layout, type Route } from "./layout";
+import { beginningOf, bestLayout, structureOf, type Layout } from "./layout";
 import { measureText } from "./measure";
 import type { Edge, GraphModel, Vertex } from "./model";
 import { nearest, type Direction } from "./neighbours";
+import type { Route } from "./route";
 import { VertexShape } from "./vertex";
-
-import { fit, pan, READABLE, readable, reveal, zoom, type Size, type Viewport } from "./viewport";
+import { fit, pan, READABLE, readable, reveal, zoom, type Viewport } from "./viewport";
 
 interface DrawingProps {
   readonly model: GraphModel;
@@ -228,7 +229,7 @@ function useReveal(
   }, [selected]);
 }
 
-function revealed(view: Viewport, box: Parameters<typeof reveal>[1], size: Size): Viewport {
+function revealed(view: Viewport, box: Box, size: Size): Viewport {
   const read = view.scale < READABLE ? zoom(view, READABLE / view.scale, { x: size.width / 2, y: size.height / 2 }) : view;
   return reveal(read, box, size);
 }

@@ -1,6 +1,6 @@
 /** Edges as they are drawn: grey and thin, as wide as their rate, or red and dashed with a label. */
-import { middleOf, pathOf, type Flow, type Route } from "./layout";
 import type { Edge, EdgeLook } from "./model";
+import { middleOf, pathOf, type Flow, type Route } from "./route";
 
 const LOOKS: readonly EdgeLook[] = ["silent", "flowing", "dropping"];
 

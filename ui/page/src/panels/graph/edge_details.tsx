@@ -2,7 +2,7 @@
 import type { GraphTopic, TopicPublisher, TopicSubscription } from "../../connection/answers";
 import { deliverKey } from "../../store/rates";
 import { countText, rateText } from "../../store/text";
-import { Heading, Link, Section, type DetailsProps } from "./details";
+import { Heading, Link, Section, type DetailsProps } from "./details_parts";
 import { LastMessage } from "./last_message";
 import { ledgerOf } from "./ledger";
 import { publishRate, vertexId } from "./model";

@@ -1,12 +1,10 @@
 /** Folding: groups of a graph drawn as one vertex each, with the edges that leave them. Pure. */
 import { counted, rateText } from "../../store/text";
-import { edgeLook, edgeWidth, type Edge, type GraphModel, type Tone, type Vertex } from "./model";
+import { edgeLook, edgeWidth, vertexId, type Edge, type GraphModel, type Tone, type Vertex } from "./model";
 
 /** Vertices from which on groups are folded until a person opens them. */
 const MANY = 60;
 const WORST_FIRST: readonly Tone[] = ["bad", "waiting", "stopped", "good", "none"];
-
-export const groupId = (name: string): string => `group ${name}`;
 
 /** Whether an id is that of a folded group, or of the edges between two of them. */
 export function isOfGroup(id: string): boolean {
@@ -36,7 +34,7 @@ export function folded(model: GraphModel, groups: ReadonlySet<string>): GraphMod
   for (const vertex of model.vertices) {
     const own = vertex.group === null ? undefined : members.get(vertex.group);
     own?.push(vertex);
-    places.set(vertex.id, own === undefined ? vertex.id : groupId(vertex.group ?? ""));
+    places.set(vertex.id, own === undefined ? vertex.id : vertexId("group", vertex.group ?? ""));
   }
   const bundles = new Map<string, [Edge, ...Edge[]]>();
   const kept: Edge[] = [];
@@ -62,7 +60,7 @@ function groupVertex(name: string, members: readonly Vertex[]): Vertex {
   const tones = new Set(members.filter(({ kind }) => kind === "node").map(({ tone }) => tone));
   const detail = `${counted(count("node"), "node")}, ${counted(count("topic"), "topic")}`;
   return {
-    id: groupId(name),
+    id: vertexId("group", name),
     kind: "group",
     name,
     label: name,

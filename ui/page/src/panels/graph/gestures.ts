@@ -1,12 +1,8 @@
 /** Gestures: dragging, the wheel and two fingers move and enlarge the drawing. */
 import { useSignal, type ReadonlySignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
+import type { Point } from "./geometry";
 import { pan, zoom, type Viewport } from "./viewport";
-
-interface Finger {
-  readonly x: number;
-  readonly y: number;
-}
 
 /** Distance in pixels from which a press is a drag and no click. */
 const SLACK = 4;
@@ -44,7 +40,7 @@ export function useGestures(
   return isDragging;
 }
 
-function followWheel(element: HTMLElement, onZoom: (factor: number, at: Finger) => void, signal: AbortSignal): void {
+function followWheel(element: HTMLElement, onZoom: (factor: number, at: Point) => void, signal: AbortSignal): void {
   const onWheel = (event: WheelEvent) => {
     event.preventDefault();
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
@@ -55,12 +51,12 @@ function followWheel(element: HTMLElement, onZoom: (factor: number, at: Finger) 
 
 interface FingerEvents {
   readonly onPan: (dx: number, dy: number) => void;
-  readonly onZoom: (factor: number, at: Finger) => void;
+  readonly onZoom: (factor: number, at: Point) => void;
   readonly onDragging: (on: boolean) => void;
 }
 
 function followFingers(element: HTMLElement, on: FingerEvents, signal: AbortSignal): void {
-  const fingers = new Map<number, Finger>();
+  const fingers = new Map<number, Point>();
   let travelled = 0;
   element.addEventListener(
     "pointerdown",
@@ -105,11 +101,11 @@ function followFingers(element: HTMLElement, on: FingerEvents, signal: AbortSign
   );
 }
 
-function within(element: HTMLElement, event: MouseEvent): Finger {
+function within(element: HTMLElement, event: MouseEvent): Point {
   const { left, top } = element.getBoundingClientRect();
   return { x: event.clientX - left, y: event.clientY - top };
 }
 
-function distance(one: Finger, other: Finger): number {
+function distance(one: Point, other: Point): number {
   return Math.hypot(one.x - other.x, one.y - other.y);
 }

@@ -1,48 +1,16 @@
 /** Graph panel: the live drawing of the run, with a list and the details of what is selected beside it. */
 import type { GraphNode } from "../../connection/answers";
+import { matcher } from "../../store/search";
 import type { GraphState } from "../../store/session";
-import type { PanelProps, Settings } from "../panel";
+import type { PanelProps } from "../panel";
 import { Details } from "./details";
 import { Drawing } from "./drawing";
+import { folded, foldedGroups } from "./folding";
 import { List } from "./list";
-import { folded, foldedGroups, groupId } from "./folding";
-import { graphModel, usefulGroupings, type GraphModel, type Grouping, type Vertex } from "./model";
-import { matcher } from "../../store/search";
+import { graphModel, usefulGroupings, vertexId, type GraphModel, type Grouping, type Vertex } from "./model";
+import { readSettings, writeSettings, type GraphSettings } from "./settings";
 import { GraphToolbar } from "./toolbar";
 import "./graph.css";
-
-/** What the panel remembers. */
-export interface GraphSettings {
-  readonly grouping: Grouping | null;
-  readonly services: boolean;
-  readonly hidden: boolean;
-  readonly selected: string | null;
-  readonly search: string;
-  /** Groups that are folded where they usually are not, or the other way round. */
-  readonly toggled: readonly string[];
-}
-
-const GROUPINGS: readonly Grouping[] = ["none", "namespace", "process", "machine"];
-
-export function readSettings(settings: Settings): GraphSettings {
-  return {
-    grouping: GROUPINGS.find((each) => each === settings.grouping) ?? null,
-    services: settings.services === true,
-    hidden: settings.hidden === true,
-    selected: typeof settings.selected === "string" ? settings.selected : null,
-    search: typeof settings.search === "string" ? settings.search : "",
-    toggled: Array.isArray(settings.toggled) ? settings.toggled.filter((each): each is string => typeof each === "string") : [],
-  };
-}
-
-/** Returns the settings to remember: those that differ from the usual ones. */
-function writeSettings(settings: GraphSettings): Settings {
-  return Object.fromEntries(Object.entries(settings).filter(([, value]) => !isUsual(value)));
-}
-
-function isUsual(value: unknown): boolean {
-  return value === null || value === false || value === "" || (Array.isArray(value) && value.length === 0);
-}
 
 export function GraphPanel({ session, settings, onSettings }: PanelProps) {
   const state = session.graph.value;
@@ -116,7 +84,7 @@ function usualGrouping(nodes: readonly GraphNode[]): Grouping {
 
 /** Whether an id stands for a folded group, or for what goes to or from it. */
 function isPartOf(group: string, id: string, { edges }: GraphModel): boolean {
-  const own = groupId(group);
+  const own = vertexId("group", group);
   return id === own || edges.some((edge) => edge.id === id && (edge.from === own || edge.to === own));
 }
 

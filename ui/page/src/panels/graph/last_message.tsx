@@ -1,7 +1,7 @@
 /** The last message of a topic, below its other details. */
 import { MessageTree } from "../../messages/tree";
 import type { Session } from "../../store/session";
-import { Section } from "./details";
+import { Section } from "./details_parts";
 
 interface LastMessageProps {
   readonly session: Session;

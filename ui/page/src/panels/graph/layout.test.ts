@@ -1,8 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { chain, graph, node, publisher, subscription, topic } from "../../testing/graphs";
-import { bestLayout, layoutOf, middleOf, pathOf, structureOf, type Box, type Measure } from "./layout";
+import type { Box } from "./geometry";
+import { bestLayout, layoutOf, structureOf, type Measure } from "./layout";
 import { graphModel, type Grouping } from "./model";
+import { middleOf, pathOf } from "./route";
 import type { Graph } from "../../connection/answers";
 
 const measure: Measure = (label) => label.length * 8;

@@ -1,5 +1,5 @@
 /** The way of the arrow keys through the drawing. Pure. */
-import type { Box } from "./layout";
+import type { Box } from "./geometry";
 
 export type Direction = "left" | "right" | "up" | "down";
 

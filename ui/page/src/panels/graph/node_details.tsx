@@ -5,7 +5,7 @@ import type { GraphNode, GraphService, Timer } from "../../connection/answers";
 import type { Session } from "../../store/session";
 import { countText, rateText, secondsText } from "../../store/text";
 import { ParameterForm } from "../parameters/parameter_form";
-import { Heading, Link, Section, type DetailsProps } from "./details";
+import { Heading, Link, Section, type DetailsProps } from "./details_parts";
 import { edgeId, isHidden, serviceKind, toneOf, vertexId } from "./model";
 import { Sign } from "./sign";
 

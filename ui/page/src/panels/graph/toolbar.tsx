@@ -2,8 +2,8 @@
 import type { Graph } from "../../connection/answers";
 import { Check } from "../../controls/check";
 import { counted } from "../../store/text";
-import type { GraphSettings } from "./graph_panel";
 import { isHidden, usefulGroupings, type Grouping } from "./model";
+import type { GraphSettings } from "./settings";
 
 interface ToolbarProps {
   readonly graph: Graph;

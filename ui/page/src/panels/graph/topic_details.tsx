@@ -3,7 +3,7 @@ import { Fragment } from "preact";
 import type { GraphService, GraphTopic, ServiceEnd } from "../../connection/answers";
 import { deliverKey, publishKey } from "../../store/rates";
 import { countText, rateText } from "../../store/text";
-import { Heading, Link, Section, type DetailsProps } from "./details";
+import { Heading, Link, Section, type DetailsProps } from "./details_parts";
 import { LastMessage } from "./last_message";
 import { edgeId, goalsText, topicRate, vertexId } from "./model";
 

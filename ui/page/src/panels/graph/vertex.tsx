@@ -1,5 +1,5 @@
 /** Vertices as they are drawn: a node with its state, a topic with its rate, a service as a pill, an action with its goals. */
-import type { Box } from "./layout";
+import type { Box } from "./geometry";
 import type { Vertex } from "./model";
 import { SignPath } from "./sign";
 

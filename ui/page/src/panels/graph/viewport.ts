@@ -1,16 +1,9 @@
 /** The viewport: which part of the drawing is seen, and how large. Pure. */
-import type { Box } from "./layout";
+import type { Box, Point, Size } from "./geometry";
 
 /** Drawing coordinates become screen coordinates by `screen = drawing * scale + offset`. */
-export interface Viewport {
-  readonly x: number;
-  readonly y: number;
+export interface Viewport extends Point {
   readonly scale: number;
-}
-
-export interface Size {
-  readonly width: number;
-  readonly height: number;
 }
 
 const SMALLEST = 0.08;
@@ -48,7 +41,7 @@ export function readable(drawing: Size, screen: Size, start: Box): Viewport {
 }
 
 /** Returns the viewport larger by a factor, with a point of the screen where it is. */
-export function zoom(view: Viewport, factor: number, at: { readonly x: number; readonly y: number }): Viewport {
+export function zoom(view: Viewport, factor: number, at: Point): Viewport {
   const scale = clamp(view.scale * factor, SMALLEST, LARGEST);
   const ratio = scale / view.scale;
   return { x: at.x - (at.x - view.x) * ratio, y: at.y - (at.y - view.y) * ratio, scale };
