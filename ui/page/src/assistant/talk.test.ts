@@ -1,14 +1,14 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import type { AssistantAnswer } from "../connection/answers";
-import { Talk, type About, type Keeping } from "./talk";
+import { Talk, type About, type TextStorage } from "./talk";
 
 const ABOUT: About = { chapter: "lab1.md", title: "Lab 1", selection: "text", isCut: false, isWholePage: false };
 const ANSWER: AssistantAnswer = {
   answer: "one two", answered: true, scope: "page", reason: "", citations: [], engine: "extractive", ms: 1,
 };
 
-function keeping(): Keeping & { readonly kept: Map<string, string> } {
+function keeping(): TextStorage & { readonly kept: Map<string, string> } {
   const kept = new Map<string, string>();
   return { kept, getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => void kept.set(key, value) };
 }
@@ -47,7 +47,7 @@ test("the talk of a tab is kept, without what was under way", () => {
 });
 
 test("a full store does not end the talk", async () => {
-  const full: Keeping = { getItem: () => null, setItem: () => { throw new Error("full"); } };
+  const full: TextStorage = { getItem: () => null, setItem: () => { throw new Error("full"); } };
   const talk = new Talk(full);
   await talk.ask({ ask: () => Promise.resolve(ANSWER) }, "how?", ABOUT);
   assert.equal(talk.exchanges.value.length, 1);

@@ -2,6 +2,7 @@
 import { signal, type ReadonlySignal } from "@preact/signals";
 import type { AssistantAnswer } from "../connection/answers";
 import type { Questions } from "../connection/questions";
+import { errorText } from "../store/text";
 
 /** What a question is about. */
 export interface About {
@@ -25,8 +26,8 @@ export interface Exchange {
   readonly answer?: AssistantAnswer;
 }
 
-/** What keeps text for this tab, such as sessionStorage. */
-export type Keeping = Pick<Storage, "getItem" | "setItem">;
+/** What stores text for this tab, such as sessionStorage. */
+export type TextStorage = Pick<Storage, "getItem" | "setItem">;
 
 const KEY = "busflow-talk";
 const MOST = 50;
@@ -35,12 +36,12 @@ const LIMIT_MS = 65_000;
 
 export class Talk {
   readonly #exchanges = signal<readonly Exchange[]>([]);
-  readonly #keeping: Keeping;
+  readonly #storage: TextStorage;
   #keys = 0;
 
-  constructor(keeping: Keeping) {
-    this.#keeping = keeping;
-    this.#exchanges.value = restored(keeping);
+  constructor(storage: TextStorage) {
+    this.#storage = storage;
+    this.#exchanges.value = restored(storage);
     this.#keys = Math.max(0, ...this.#exchanges.value.map(({ key }) => key));
   }
 
@@ -62,7 +63,7 @@ export class Talk {
       const answer = await questions.ask("ask_assistant", { question, selection, chapter }, LIMIT_MS, onPart);
       this.#change(key, { text: answer.answer, phase: "answered", answer });
     } catch (error) {
-      this.#change(key, { text: (error as Error).message, phase: "failed" });
+      this.#change(key, { text: errorText(error), phase: "failed" });
     }
   }
 
@@ -77,7 +78,7 @@ export class Talk {
   #set(exchanges: readonly Exchange[]): void {
     this.#exchanges.value = exchanges;
     try {
-      this.#keeping.setItem(KEY, JSON.stringify(exchanges));
+      this.#storage.setItem(KEY, JSON.stringify(exchanges));
     } catch {
       // The browser keeps no more for this site: the talk lasts as long as the page.
     }
@@ -90,9 +91,9 @@ function partText(part: unknown): string {
 }
 
 /** Returns what was kept; a question that was under way when the page was left has no answer any more. */
-function restored(keeping: Keeping): readonly Exchange[] {
+function restored(storage: TextStorage): readonly Exchange[] {
   try {
-    const kept: unknown = JSON.parse(keeping.getItem(KEY) ?? "[]");
+    const kept: unknown = JSON.parse(storage.getItem(KEY) ?? "[]");
     if (!Array.isArray(kept)) return [];
     return (kept as Exchange[]).map((each) =>
       each.phase === "waiting" ? { ...each, phase: "failed", text: "The page was left before the answer came." } : each,

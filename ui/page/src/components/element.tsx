@@ -4,6 +4,7 @@ import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import type { Panel, Settings } from "../panels/panel";
 import type { Session } from "../store/session";
+import { errorText } from "../store/text";
 import { release, share } from "./sessions";
 
 /** Attributes of an element; those that are missing are undefined. */
@@ -53,7 +54,7 @@ function elementOf(embedded: Embedded): CustomElementConstructor {
       try {
         this.#join(server, token);
       } catch (error) {
-        render(<p role="alert">{error instanceof Error ? error.message : String(error)}</p>, this.#root);
+        render(<p role="alert">{errorText(error)}</p>, this.#root);
         return;
       }
       const attributes = Object.fromEntries(embedded.attributes.map((each) => [each, this.getAttribute(each) ?? undefined]));

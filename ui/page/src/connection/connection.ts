@@ -1,6 +1,6 @@
 /** Connection: the WebSocket to the server, opened again with a growing pause whenever it ends. */
 import { backoffMs } from "./backoff";
-import { readFrame, REFUSED_CODE, SUBPROTOCOLS, type ServerMessage } from "./protocol";
+import { readFrame, REFUSED_CODE, SUBPROTOCOLS, type Operation, type ServerMessage } from "./protocol";
 
 export type ConnectionState =
   | { readonly phase: "connecting" }
@@ -54,7 +54,7 @@ export class Connection {
   }
 
   /** Sends an operation as text; it is dropped while there is no connection, whose next one begins anew. */
-  send(operation: { readonly op: string; readonly [field: string]: unknown }): void {
+  send(operation: Operation): void {
     this.#socket?.send(JSON.stringify(operation));
   }
 

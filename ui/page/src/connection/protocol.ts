@@ -47,6 +47,12 @@ export interface ParameterRow {
   readonly type?: string;
 }
 
+/** Text frame of this page: what it asks the server to do. */
+export interface Operation {
+  readonly op: string;
+  readonly [field: string]: unknown;
+}
+
 export type StatusLevel = 0 | 1 | 2;
 
 /** What has changed in the graph: the nodes of each named topic or service, and names that have gone. */

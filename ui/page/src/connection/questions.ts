@@ -1,6 +1,6 @@
 /** Questions: busflow's own questions to the run, each with a time limit, and those that are followed. */
 import type { Question, QuestionTable } from "./answers";
-import type { ServerMessage } from "./protocol";
+import type { Operation, ServerMessage } from "./protocol";
 
 const LIMIT_MS = 10_000;
 
@@ -16,7 +16,7 @@ interface Pending {
 
 /** Takes an answer, and whether it is the first since the question was begun: that one has everything. */
 type Follower = (answer: unknown, isFirst: boolean) => void;
-type Send = (operation: { readonly op: string; readonly [field: string]: unknown }) => void;
+type Send = (operation: Operation) => void;
 
 export class Questions {
   readonly #send: Send;

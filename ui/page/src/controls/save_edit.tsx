@@ -2,6 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { FileEdit } from "../connection/answers";
+import { errorText } from "../store/text";
 
 interface SaveProps {
   readonly label: string;
@@ -17,7 +18,7 @@ export function SaveEdit({ label, ask }: SaveProps) {
     try {
       answer.value = await ask(isDryRun);
     } catch (reason) {
-      error.value = (reason as Error).message;
+      error.value = errorText(reason);
     }
   };
   const close = () => {

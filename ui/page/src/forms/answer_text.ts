@@ -1,23 +1,21 @@
 /** An answer as lines of text, like YAML. Pure. */
+import { isRecord } from "../messages/paths";
+import { PLACEHOLDER } from "./request_model";
 
 const MOST_ITEMS = 100;
 
 export function answerLines(value: unknown, indent = ""): readonly string[] {
-  if (!isMessage(value)) return [`${indent}${scalarText(value)}`];
+  if (!isRecord(value)) return [`${indent}${scalarText(value)}`];
   return Object.entries(value)
-    .filter(([key]) => key !== "structure_needs_at_least_one_member")
+    .filter(([key]) => key !== PLACEHOLDER)
     .flatMap(([key, each]) => {
-      if (isMessage(each)) return [`${indent}${key}:`, ...answerLines(each, `${indent}  `)];
-      if (isList(each) && each.some(isMessage)) {
+      if (isRecord(each)) return [`${indent}${key}:`, ...answerLines(each, `${indent}  `)];
+      if (isList(each) && each.some(isRecord)) {
         const shown = each.slice(0, MOST_ITEMS).flatMap((item) => [`${indent}  -`, ...answerLines(item, `${indent}    `)]);
         return [`${indent}${key}:`, ...shown, ...(each.length > MOST_ITEMS ? [`${indent}  …`] : [])];
       }
       return [`${indent}${key}: ${scalarText(each)}`];
     });
-}
-
-function isMessage(value: unknown): value is Record<string, unknown> {
-  return typeof value === "object" && value !== null && !Array.isArray(value) && !ArrayBuffer.isView(value);
 }
 
 function isList(value: unknown): value is readonly unknown[] {

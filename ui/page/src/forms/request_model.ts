@@ -1,5 +1,6 @@
 /** The form of a request: the fields of its type, and the message that their texts make. Pure. */
 import type { Shape } from "../messages/shapes";
+import { errorText } from "../store/text";
 
 export type InputKind = "switch" | "integer" | "number" | "text" | "json";
 
@@ -18,7 +19,7 @@ const FLOATS = /^(float(32|64)|number)$/;
 const BOOLEANS = /^bool(ean)?$/;
 const MOST_FIELDS = 200;
 /** Field of types without any; ROS 2 puts it into their encoding. */
-const PLACEHOLDER = "structure_needs_at_least_one_member";
+export const PLACEHOLDER = "structure_needs_at_least_one_member";
 
 /** Returns the fields of a request's type, from top to bottom. */
 export function requestFields(shape: Shape): readonly RequestField[] {
@@ -60,7 +61,7 @@ export function requestOf(fields: readonly RequestField[], texts: ReadonlyMap<st
     try {
       put(message, field.path, valueOf(text, field.kind));
     } catch (error) {
-      errors.set(key, (error as Error).message);
+      errors.set(key, errorText(error));
     }
   }
   return errors.size > 0 ? { errors } : { message };

@@ -5,6 +5,7 @@ import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
 
 import type { Channel } from "../connection/protocol";
+import { errorText } from "../store/text";
 import { parseJson } from "./json";
 import { shapeOfDefinitions, shapeOfJsonSchema, type Shape } from "./shapes";
 
@@ -52,6 +53,6 @@ function read<Result>(topic: string, what: string, reading: () => Result): Resul
   try {
     return reading();
   } catch (error) {
-    throw new Error(`${what} of ${topic} cannot be read: ${error instanceof Error ? error.message : String(error)}`, { cause: error });
+    throw new Error(`${what} of ${topic} cannot be read: ${errorText(error)}`, { cause: error });
   }
 }

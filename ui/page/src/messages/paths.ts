@@ -33,7 +33,8 @@ const STEP = /([A-Za-z_]\w*)|\[\s*(?:(-?\d{1,9})|([A-Za-z_][\w./-]*)|("(?:[^"\\]
 const WORD = /^[A-Za-z_][\w./-]*$/;
 const FIELD = /^[A-Za-z_]\w*$/;
 const MOST_LENGTH = 1000;
-const NAMES = ["name", "names", "joint_names"];
+/** Fields that name the items of the arrays beside them. */
+export const NAMES = ["name", "names", "joint_names"];
 /** Fields by which an item names itself: a transform is that of its child. */
 const OWN_NAMES = ["name", "child_frame_id"];
 

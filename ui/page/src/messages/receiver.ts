@@ -3,6 +3,7 @@
 import { signal, type ReadonlySignal } from "@preact/signals";
 import type { Channel } from "../connection/protocol";
 import type { ReceivedMessage, Topics } from "../connection/topics";
+import { errorText } from "../store/text";
 import { decoderOf, type Decoder } from "./decoding";
 import { History } from "./history";
 import type { Shape } from "./shapes";
@@ -41,7 +42,7 @@ export class Received {
     try {
       return { message: this.decoder.decode(this.frame.data) };
     } catch (error) {
-      return { fault: sentenceOf(error) };
+      return { fault: errorText(error) };
     }
   }
 }
@@ -176,10 +177,6 @@ function decoderOrFault(channel: Channel): Decoder | string {
   try {
     return decoderOf(channel);
   } catch (error) {
-    return sentenceOf(error);
+    return errorText(error);
   }
-}
-
-function sentenceOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }

@@ -116,7 +116,7 @@ function Rows({ topic, rows, onOpen }: RowsProps) {
       class="tree"
       role="tree"
       aria-label={`Message of ${topic}`}
-      onKeyDown={(event) => onTreeKey(event, rows, current, (row) => act(row, event.currentTarget), setActive)}
+      onKeyDown={(event) => onTreeKey(event, { rows, current, onAct: (row) => act(row, event.currentTarget), onMove: setActive })}
     >
       {rows.map((row) => (
         <TreeRow
@@ -166,20 +166,23 @@ function TreeRow({ row, topic, isActive, onAct }: TreeRowProps) {
   );
 }
 
+interface TreeKeys {
+  readonly rows: readonly Row[];
+  /** Path of the row that has the focus. */
+  readonly current: string;
+  readonly onAct: (row: Row) => void;
+  readonly onMove: (path: string) => void;
+}
+
 /** Moves through the rows with the arrow keys; Enter opens a branch, and plots a number. */
-function onTreeKey(
-  event: TargetedKeyboardEvent<HTMLElement>,
-  rows: readonly Row[],
-  current: string,
-  ...[act, setActive]: [act: (row: Row) => void, setActive: (path: string) => void]
-): void {
+function onTreeKey(event: TargetedKeyboardEvent<HTMLElement>, { rows, current, onAct, onMove }: TreeKeys): void {
   const at = rows.findIndex((row) => row.path === current);
   const row = rows[at];
   if (row === undefined) return;
   const elements = event.currentTarget.querySelectorAll<HTMLElement>("[role=treeitem]");
   const moveTo = (next: number): void => {
     const target = Math.max(0, Math.min(rows.length - 1, next));
-    setActive(rows[target]?.path ?? current);
+    onMove(rows[target]?.path ?? current);
     elements[target]?.focus();
   };
   const keys: Readonly<Record<string, () => void>> = {
@@ -187,10 +190,10 @@ function onTreeKey(
     ArrowUp: () => moveTo(at - 1),
     Home: () => moveTo(0),
     End: () => moveTo(rows.length - 1),
-    ArrowRight: () => (row.kind === "branch" && !row.isOpen ? act(row) : moveTo(at + 1)),
-    ArrowLeft: () => (row.isOpen ? act(row) : moveTo(rows.findLastIndex((each, index) => index < at && each.depth < row.depth))),
-    Enter: () => act(row),
-    " ": () => act(row),
+    ArrowRight: () => (row.kind === "branch" && !row.isOpen ? onAct(row) : moveTo(at + 1)),
+    ArrowLeft: () => (row.isOpen ? onAct(row) : moveTo(rows.findLastIndex((each, index) => index < at && each.depth < row.depth))),
+    Enter: () => onAct(row),
+    " ": () => onAct(row),
   };
   const action = keys[event.key];
   if (action === undefined) return;

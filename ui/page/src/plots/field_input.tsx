@@ -2,16 +2,16 @@
 
 import { useState } from "preact/hooks";
 import type { TargetedKeyboardEvent } from "preact";
-import { addressText, parseAddress } from "../messages/paths";
+import { addressText, NAMES, parseAddress } from "../messages/paths";
 import { numbersOfMessage, numbersOfShape } from "../messages/shapes";
 import type { Receiver } from "../messages/receiver";
 import type { Session } from "../store/session";
+import { errorText } from "../store/text";
 import { completions } from "./completion";
 import { useFollowed, useFrames } from "./hooks";
 import { observationOf, type Observation } from "./observation";
 
 const MOST_OFFERED = 40;
-const NAMES = ["name", "names", "joint_names"];
 let ids = 0;
 
 interface Props {
@@ -140,6 +140,6 @@ function addressOf(text: string): { readonly address?: string; readonly fault?: 
   try {
     return { address: addressText(parseAddress(text)) };
   } catch (error) {
-    return { fault: error instanceof Error ? error.message : String(error) };
+    return { fault: errorText(error) };
   }
 }

@@ -25,8 +25,9 @@ export class WholeRecording {
     this.#lines = lines;
     this.#frames = frames;
     effect(() => {
-      const [whole, zoom] = [timeline.whole.value, timeline.zoom.value];
-      this.#turn = lines.openings.value + this.#turn + 1; // reading the signal follows it
+      // The number of openings is read so that a line that is opened later is asked for too.
+      const [whole, zoom] = [timeline.whole.value, timeline.zoom.value, lines.openings.value];
+      this.#turn += 1;
       if (whole === undefined) this.#end();
       else void this.#show(zoom ?? whole, this.#turn);
     });

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { addBelow, addPanel, fragmentOf, readFragment, readLayout, removePanel, setSettings, shownIn, type Layout } from "./layout";
+import { addPanel, fragmentOf, readFragment, readLayout, removePanel, setSettings, shownIn, type Layout } from "./layout";
 
 const KINDS = ["graph", "log", "plot"];
 const FIRST: Layout = { view: "graph", views: {} };
@@ -12,9 +12,9 @@ test("the first view has no fragment", () => {
 });
 
 test("a layout comes back from its fragment", () => {
-  const layout = setSettings(addBelow(addPanel(FIRST, "log"), 1, "plot"), 0, 0, { selected: "node /<b>&ä" });
+  const layout = setSettings(addPanel(addPanel(FIRST, "log"), "plot"), 0, 0, { selected: "node /<b>&ä" });
   assert.deepEqual(readFragment(fragmentOf(layout, "graph"), KINDS), layout);
-  assert.deepEqual(kindsOf(layout), [["graph"], ["log", "plot"]]);
+  assert.deepEqual(kindsOf(layout), [["graph"], ["log"], ["plot"]]);
 });
 
 test("the fragment may hold other things", () => {

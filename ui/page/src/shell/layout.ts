@@ -1,4 +1,5 @@
 /** Layout: which panels stand where, as the address holds it. Pure. */
+import { isRecord } from "../messages/paths";
 import type { Settings } from "../panels/panel";
 import { withLine } from "../plots/settings";
 
@@ -41,16 +42,6 @@ function withColumns(layout: Layout, columns: Columns): Layout {
 export function addPanel(layout: Layout, kind: string): Layout {
   const columns = shownIn(layout);
   return columns.flat().length < MOST_PANELS ? withColumns(layout, [...columns, [{ kind, settings: {} }]]) : layout;
-}
-
-/** Returns the layout with a panel below the last one of a column. */
-export function addBelow(layout: Layout, column: number, kind: string): Layout {
-  const columns = shownIn(layout);
-  if (columns.flat().length >= MOST_PANELS) return layout;
-  return withColumns(
-    layout,
-    columns.map((places, index) => (index === column ? [...places, { kind, settings: {} }] : places)),
-  );
 }
 
 export function removePanel(layout: Layout, column: number, row: number): Layout {
@@ -126,8 +117,4 @@ function readColumns(data: unknown, known: ReadonlySet<string>): Columns {
 function readPlace(data: unknown, known: ReadonlySet<string>): readonly Place[] {
   if (!isRecord(data) || typeof data.kind !== "string" || !known.has(data.kind)) return [];
   return [{ kind: data.kind, settings: isRecord(data.settings) ? data.settings : {} }];
-}
-
-function isRecord(data: unknown): data is Record<string, unknown> {
-  return typeof data === "object" && data !== null && !Array.isArray(data);
 }

@@ -4,6 +4,7 @@ import { Component, type ComponentChildren } from "preact";
 import type { Panel } from "../panels/panel";
 import { hasContent, PANELS } from "../panels/registry";
 import type { Session, Source } from "../store/session";
+import { errorText } from "../store/text";
 import { Icon } from "../controls/icons";
 import { removePanel, setSettings, shownIn, type Layout, type Place } from "./layout";
 
@@ -103,7 +104,7 @@ class Boundary extends Component<BoundaryProps, BoundaryState> {
 
   static override getDerivedStateFromError(error: unknown) {
     console.error(error);
-    return { error: error instanceof Error ? error.message : String(error) };
+    return { error: errorText(error) };
   }
 
   override render() {

@@ -1,6 +1,7 @@
 /** Connection graph: nodes, topics and services as a server of Foxglove's protocol names them, such as ROS 2's foxglove_bridge. */
 import type { Graph, GraphNode, GraphService, GraphTopic, Qos } from "../connection/answers";
 import type { Channel, ConnectionGraphUpdate } from "../connection/protocol";
+import { namespaceOf } from "./text";
 
 /** Nodes by the name of the topic or service. */
 type NodesByName = Map<string, readonly string[]>;
@@ -75,7 +76,7 @@ export class ConnectionGraph {
     const of = (found: NodesByName): string[] => [...found].flatMap(([each, nodes]) => (nodes.includes(name) ? each : []));
     return {
       name,
-      namespace: name.slice(0, Math.max(0, name.lastIndexOf("/"))) || "/",
+      namespace: namespaceOf(name),
       ...{ process: null, machine: null, pid: null, plugin: null, source: null },
       state: "",
       ...{ restarts: 0, stopped_by_hand: 0, failures: [], depends_on: [], timers: [], clients: [] },

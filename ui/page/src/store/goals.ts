@@ -6,6 +6,7 @@ import { base64Of, bytesOf } from "../messages/base64";
 import { decoderOf } from "../messages/decoding";
 import { encoderOf } from "../messages/encoding";
 import type { Shape } from "../messages/shapes";
+import { errorText } from "./text";
 
 /** What a goal and a result of one action are, ready to be written and read. */
 export interface GoalCodec {
@@ -69,7 +70,7 @@ export class Goals {
       const end = await this.#questions.ask("send_goal", question, limitS === null ? null : (limitS + GRACE_S) * 1000, onPart);
       this.#change(key, { phase: "ended", state: end.state, result: codec.decode(end.result), reason: end.reason });
     } catch (error) {
-      this.#change(key, { phase: "failed", reason: (error as Error).message });
+      this.#change(key, { phase: "failed", reason: errorText(error) });
     }
   }
 

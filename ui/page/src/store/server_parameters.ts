@@ -2,7 +2,7 @@
 import { computed, signal, type ReadonlySignal } from "@preact/signals";
 import type { Parameter, ParameterValue } from "../connection/answers";
 import type { Connection } from "../connection/connection";
-import type { ParameterRow, ServerMessage } from "../connection/protocol";
+import type { Operation, ParameterRow, ServerMessage } from "../connection/protocol";
 
 const LIMIT_MS = 10_000;
 const ERROR = 2;
@@ -68,7 +68,7 @@ export class ServerParameters {
     }
   }
 
-  #request(operation: { readonly op: string; readonly [field: string]: unknown }, isSetting = false): Promise<readonly ParameterRow[]> {
+  #request(operation: Operation, isSetting = false): Promise<readonly ParameterRow[]> {
     const id = `parameters-${(this.#ids += 1)}`;
     return new Promise((resolve, reject) => {
       const giveUp = (): void => this.#take(id)?.reject(new Error(`No answer within ${LIMIT_MS / 1000} s.`));

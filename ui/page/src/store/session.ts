@@ -18,7 +18,7 @@ export interface Status {
   readonly message: string;
 }
 
-/** Steps that a person may take: steer the run, only look, or (a page with neither) find out. */
+/** What the page looks at: a run, a recording, or another server of Foxglove's protocol. */
 export type Source = "run" | "recording" | "bridge";
 
 export interface SessionOptions {

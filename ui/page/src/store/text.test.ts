@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { counted, countText, durationText, lastPart, namespaceOf, rateText, secondsText } from "./text";
+import { counted, countText, durationText, namespaceOf, rateText, secondsText } from "./text";
 
 test("rates have few digits at every size", () => {
   assert.deepEqual([0, 0.25, 9.94, 9.96, 99.6, 1000, 123_456].map(rateText), [
@@ -25,6 +25,6 @@ test("times change their unit with their size", () => {
   assert.deepEqual([-1, 65, 3723].map(durationText), ["0:00", "1:05", "1:02:03"]);
 });
 
-test("names are split at their last slash", () => {
-  assert.deepEqual([lastPart("/a/b"), namespaceOf("/a/b"), namespaceOf("/b")], ["b", "/a", "/"]);
+test("a namespace ends at the last slash", () => {
+  assert.deepEqual([namespaceOf("/a/b"), namespaceOf("/b")], ["/a", "/"]);
 });

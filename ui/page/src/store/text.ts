@@ -1,10 +1,10 @@
-/** Numbers and names as people read them. */
+/** Numbers, names and errors as people read them. */
 
 /** Returns a rate such as `100 Hz`, `9.9 Hz`, `1.2 kHz`; never more than eight characters. */
 export function rateText(hz: number): string {
   if (hz >= 1000) return `${(hz / 1000).toFixed(hz >= 99_950 ? 0 : 1)} kHz`;
   if (hz === 0) return "0 Hz";
-  return `${hz >= 99.5 ? hz.toFixed(0) : hz >= 9.95 ? hz.toFixed(0) : hz.toFixed(1)} Hz`;
+  return `${hz.toFixed(hz >= 9.95 ? 0 : 1)} Hz`;
 }
 
 /** Returns a count with its thousands set apart. */
@@ -34,11 +34,6 @@ export function counted(count: number, one: string, many = `${one}s`): string {
   return `${countText(count)} ${count === 1 ? one : many}`;
 }
 
-/** Returns a name's last part: `data` of `/imu/data`. */
-export function lastPart(name: string): string {
-  return name.slice(name.lastIndexOf("/") + 1);
-}
-
 /** Returns the namespace of a name: `/imu` of `/imu/data`, `/` of `/data`. */
 export function namespaceOf(name: string): string {
   return name.slice(0, Math.max(0, name.lastIndexOf("/"))) || "/";
@@ -50,4 +45,9 @@ export function clockText(stampNs: number): string {
   const two = (value: number): string => String(value).padStart(2, "0");
   const ms = String(date.getMilliseconds()).padStart(3, "0");
   return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${ms}`;
+}
+
+/** Returns the text of what was thrown or rejected. */
+export function errorText(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }

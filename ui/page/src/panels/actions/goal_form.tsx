@@ -5,6 +5,7 @@ import { RequestForm } from "../../forms/request_form";
 import { TimeLimit } from "../../forms/time_limit";
 import { goalCodec, type GoalCodec } from "../../store/goals";
 import type { Session } from "../../store/session";
+import { errorText } from "../../store/text";
 
 const MOST_LIMIT_S = 86_400;
 
@@ -42,7 +43,7 @@ function useCodec(session: Session, action: string): GoalCodec | string | null {
     void session.questions
       .ask("action", { action })
       .then((types) => goalCodec(action, types))
-      .catch((error: unknown) => (error as Error).message)
+      .catch(errorText)
       .then((found) => {
         if (isWanted) codec.value = found;
       });

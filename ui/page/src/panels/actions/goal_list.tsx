@@ -6,7 +6,7 @@ import type { Received } from "../../messages/receiver";
 import { useFrames } from "../../plots/hooks";
 import { observationOf } from "../../plots/observation";
 import type { Session } from "../../store/session";
-import { clockText, counted } from "../../store/text";
+import { clockText, counted, errorText } from "../../store/text";
 import { GoalTable, type GoalRow } from "./goal_table";
 
 export const STATUS = "/_action/status";
@@ -129,7 +129,7 @@ function CancelButton({ session, action, id }: CancelProps) {
   const cancel = () => {
     session.questions.ask("cancel_goal", { action, ...(id === null ? {} : { id }) }).then(
       () => (fault.value = ""),
-      (error: unknown) => (fault.value = (error as Error).message),
+      (error: unknown) => (fault.value = errorText(error)),
     );
   };
   return (

@@ -64,7 +64,7 @@ function originsOf(ends: readonly (TopicPublisher | TopicSubscription)[]): strin
 }
 
 /** The equation of the ledger, and why messages were dropped. */
-export function LedgerSection({ subscriptions }: { readonly subscriptions: readonly TopicSubscription[] }) {
+function LedgerSection({ subscriptions }: { readonly subscriptions: readonly TopicSubscription[] }) {
   const ledger = ledgerOf(subscriptions);
   if (ledger === null) return <Section title="Ledger">Another program receives it, which keeps no ledger.</Section>;
   const { published, delivered, dropped, queued, reasons } = ledger;
@@ -115,7 +115,7 @@ interface QosProps {
 }
 
 /** QoS of both ends: what is offered beside what is requested. */
-export function QosSection({ publishers, subscriptions }: QosProps) {
+function QosSection({ publishers, subscriptions }: QosProps) {
   const offered = publishers[0]?.qos;
   const requested = subscriptions[0]?.qos;
   const some = offered ?? requested;

@@ -3,13 +3,12 @@ import { useSignal } from "@preact/signals";
 import { Fragment, type ComponentChild } from "preact";
 import type { GraphNode, GraphService, Timer } from "../../connection/answers";
 import type { Session } from "../../store/session";
-import { countText, rateText, secondsText } from "../../store/text";
+import { countText, errorText, rateText, secondsText } from "../../store/text";
+import { LEVELS } from "../log/filter";
 import { ParameterForm } from "../parameters/parameter_form";
 import { Heading, Link, Section, type DetailsProps } from "./details_parts";
 import { edgeId, isHidden, serviceKind, toneOf, vertexId } from "./model";
 import { Sign } from "./sign";
-
-const LEVELS = ["debug", "info", "warning", "error", "critical"];
 
 export function NodeDetails({ session, state, node, onSelect }: DetailsProps & { readonly node: GraphNode }) {
   const hidden = new Set(state.graph.topics.filter(isHidden).map(({ name }) => name));
@@ -103,7 +102,7 @@ function Steering({ session, node }: { readonly session: Session; readonly node:
       await ask();
       said.value = { text: done, isBad: false };
     } catch (reason) {
-      said.value = { text: (reason as Error).message, isBad: true };
+      said.value = { text: errorText(reason), isBad: true };
     }
   };
   const order = (word: "start" | "stop" | "restart", done: string) => () =>
@@ -138,8 +137,8 @@ function Steering({ session, node }: { readonly session: Session; readonly node:
           <option value="" disabled>
             Log level
           </option>
-          {LEVELS.map((level) => (
-            <option key={level}>{level}</option>
+          {LEVELS.map(([, word]) => (
+            <option key={word}>{word}</option>
           ))}
         </select>
       </div>

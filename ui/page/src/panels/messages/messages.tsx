@@ -4,6 +4,7 @@ import { useState } from "preact/hooks";
 import type { Channel } from "../../connection/protocol";
 import { SearchField } from "../../controls/search_field";
 import { MessageTree } from "../../messages/tree";
+import { matcher } from "../../store/search";
 import type { Session } from "../../store/session";
 import { rateText } from "../../store/text";
 import type { PanelProps } from "../panel";
@@ -14,8 +15,8 @@ export function Messages({ session, settings, onSettings }: PanelProps) {
   const topic = typeof settings.topic === "string" ? settings.topic : channels[0]?.topic;
   const search = typeof settings.search === "string" ? settings.search : "";
   const [filter, setFilter] = useState("");
-  const words = filter.toLowerCase().split(/\s+/);
-  const found = channels.filter(({ topic: name, schemaName }) => words.every((word) => `${name} ${schemaName}`.toLowerCase().includes(word)));
+  const matches = matcher(filter);
+  const found = channels.filter(({ topic: name, schemaName }) => matches(`${name} ${schemaName}`));
   return (
     <div class="messages">
       <div class="topics">

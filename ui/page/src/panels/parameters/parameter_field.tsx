@@ -39,15 +39,21 @@ export function ParameterField({ field, id, mayChange, onSet }: ParameterFieldPr
         <span>{parameter.name.slice(parameter.name.lastIndexOf(".") + 1)}</span>
       </label>
       <div class="parameter-control">
-        {mayChange ? <Control
-          field={field}
-          id={id}
-          described={described}
-          text={typed.value}
-          isInvalid={reason.value !== null}
-          onType={(text) => (typed.value = text)}
-          onEnter={(text) => void enter(text)}
-        /> : <output id={id} class="parameter-value">{leafText(current)}</output>}
+        {mayChange ? (
+          <Control
+            field={field}
+            id={id}
+            described={described}
+            text={typed.value}
+            isInvalid={reason.value !== null}
+            onType={(text) => (typed.value = text)}
+            onEnter={(text) => void enter(text)}
+          />
+        ) : (
+          <output id={id} class="parameter-value">
+            {leafText(current)}
+          </output>
+        )}
         <span class="quiet parameter-unit">{field.unit}</span>
       </div>
       {reason.value !== null && (
@@ -121,7 +127,7 @@ function Control(props: ControlProps) {
             max={field.maximum}
             step={field.step}
             value={text}
-              onInput={(event) => onType(sliderText(event.currentTarget.value, field))}
+            onInput={(event) => onType(sliderText(event.currentTarget.value, field))}
             onChange={(event) => onEnter(sliderText(event.currentTarget.value, field))}
           />
           <TextControl {...props} />

@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Parameter, ParameterValue } from "../../connection/answers";
 import type { Session } from "../../store/session";
+import { errorText } from "../../store/text";
 import { faultOf, fieldOf, grouped } from "./field_model";
 import { ParameterField } from "./parameter_field";
 import "./parameters.css";
@@ -26,7 +27,7 @@ export function ParameterForm({ session, node, matches = () => true }: FormProps
       const { faults } = await session.questions.ask("set_parameters", { node, values: { [name]: value } });
       return faultOf(faults, name);
     } catch (error) {
-      return (error as Error).message;
+      return errorText(error);
     } finally {
       await read();
     }
@@ -70,7 +71,7 @@ function useParameters(session: Session, node: string): Read {
         : await session.serverParameters.read(node);
       error.value = null;
     } catch (reason) {
-      error.value = (reason as Error).message;
+      error.value = errorText(reason);
     }
   };
   useEffect(() => {

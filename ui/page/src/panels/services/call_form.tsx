@@ -8,7 +8,7 @@ import { TimeLimit } from "../../forms/time_limit";
 import { decoderOf, type Decoder } from "../../messages/decoding";
 import { encoderOf, type Encoder } from "../../messages/encoding";
 import type { Session } from "../../store/session";
-import { secondsText } from "../../store/text";
+import { errorText, secondsText } from "../../store/text";
 
 interface CallProps {
   readonly session: Session;
@@ -37,7 +37,7 @@ export function CallForm({ session, service }: CallProps) {
       const data = await session.services.call(service, codec.request.encode(message), limit.value * 1000);
       outcome.value = { kind: "answer", message: codec.response.decode(data), tookMs: performance.now() - sinceMs };
     } catch (error) {
-      outcome.value = { kind: "failure", reason: (error as Error).message };
+      outcome.value = { kind: "failure", reason: errorText(error) };
     }
   };
   const isWaiting = outcome.value?.kind === "waiting";
@@ -86,6 +86,6 @@ function codecOf({ name, request, response }: OfferedService): Codec | string {
   try {
     return { request: encoderOf(request), response: decoderOf({ id: 0, topic: `the answer of ${name}`, ...response }) };
   } catch (error) {
-    return (error as Error).message;
+    return errorText(error);
   }
 }

@@ -3,7 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Recorded } from "../../connection/answers";
 import type { Session } from "../../store/session";
-import { counted } from "../../store/text";
+import { counted, errorText } from "../../store/text";
 
 export function RecordButton({ session }: { readonly session: Session }) {
   const [recorded, setRecorded] = useState<Recorded>({ on: false });
@@ -16,7 +16,7 @@ export function RecordButton({ session }: { readonly session: Session }) {
       setRecorded(await session.questions.ask("record", { on: !recorded.on }));
       setFault("");
     } catch (error) {
-      setFault(error instanceof Error ? error.message : String(error));
+      setFault(errorText(error));
     } finally {
       setBusy(false);
     }

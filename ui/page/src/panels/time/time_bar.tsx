@@ -8,7 +8,7 @@ import { KEPT_NS } from "../../messages/receiver";
 import { useFrames } from "../../plots/hooks";
 import { observationOf } from "../../plots/observation";
 import type { Session } from "../../store/session";
-import { durationText } from "../../store/text";
+import { durationText, errorText } from "../../store/text";
 import { RecordButton } from "./record_button";
 import { Seeking } from "./seeking";
 import "./time_bar.css";
@@ -62,7 +62,7 @@ function RecordingBar({ session }: Props) {
     () =>
       new Seeking(
         (seek) => session.questions.ask("seek", seek),
-        (error) => setFault(error instanceof Error ? error.message : String(error)),
+        (error) => setFault(errorText(error)),
       ),
     [session],
   );
