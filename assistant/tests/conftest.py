@@ -1,6 +1,7 @@
 """The fixtures of busflow's own tests, and the pages of the question sets."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,6 +11,14 @@ from busflow_assistant.markdown import read_page
 pytest_plugins = ("tests.conftest", "tests.cli.conftest")
 
 TESTS = Path(__file__).parent
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give each file to one worker: its tests share the answers to whole sets of questions."""
+    from xdist.scheduler import LoadFileScheduling
+
+    return LoadFileScheduling(config, log)
 
 
 @pytest.fixture(scope="session")

@@ -12,13 +12,13 @@ from busflow_assistant.messages import AnswerPart, AskText, Exchange
 from busflow_assistant.page_index import PageIndex
 
 ROOT = Path(__file__).parents[2]
-PAGES = Path(__file__).parent / "pages"
+PAGE = Path(__file__).parent / "pages/lab1.md"
 TEXTBOOK = ROOT / "configs/textbook.yaml"
 QUESTION = "What does the sensor processor node do?"
 
 
 def nodes(**parameters):
-    return PageIndex(pages=[str(PAGES)]), Assistant(**parameters)
+    return PageIndex(pages=[str(PAGE)]), Assistant(**parameters)
 
 
 @virtual_time
@@ -26,7 +26,7 @@ async def test_answer_cites_the_page_by_its_offsets():
     async with harness(*nodes()) as lab:
         await lab.advance(1)
         response = await lab.call(AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"))
-    source = (PAGES / "lab1.md").read_text(encoding="utf-8")
+    source = PAGE.read_text(encoding="utf-8")
     assert (response.answered, response.scope, response.engine) == (True, "page", "extractive")
     assert [source[each.start : each.end] for each in response.citations] == [each.text for each in response.citations]
 
@@ -116,7 +116,7 @@ async def test_pasted_text_is_answered_without_an_index(ros2_lab: str):
 
 @virtual_time
 async def test_textbook_answers_beside_the_running_lab():
-    args = {"pages": [str(PAGES)]}
+    args = {"pages": [str(PAGE)]}
     async with harness(TEXTBOOK, args=args) as lab:
         await lab.advance(10)
         response = await lab.call(AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"))

@@ -5,7 +5,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +24,23 @@ BAG = Path(__file__).parents[1] / "cases/rosbag2/talker/talker.mcap"
 HEAVY = ("pydantic", "numpy", "asyncio", "rich", "anyio", "yaml")
 IMPORTS = (
     "import sys, busflow.cli\n"
-    "code = busflow.cli.main(sys.argv[2:])\n"
-    "print('imported:', [name for name in sys.argv[1].split(',') if name in sys.modules], file=sys.stderr)\n"
-    "sys.exit(code)"
+    "for command in sys.argv[2:]:\n"
+    "    code = busflow.cli.main(command.split())\n"
+    "    imported = [name for name in sys.argv[1].split(',') if name in sys.modules]\n"
+    "    print('\\0', end='', flush=True)\n"
+    "    print(f'busflow {command}: exit code {code}, imported {imported}', file=sys.stderr)\n"
 )
+"""Calls commands one after another, and says after each of them which modules there are; NUL ends what one prints."""
 
 Captured = pytest.CaptureFixture[str]
+
+
+def in_one_process(
+    *commands: str, heavy: Sequence[str] = HEAVY, environment: Mapping[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Call commands in a process; standard error says after each its exit code, and which heavy modules there are."""
+    call = [sys.executable, "-c", IMPORTS, ",".join(heavy), *commands]
+    return subprocess.run(call, capture_output=True, text=True, env=environment)
 
 
 @pytest.fixture
@@ -196,70 +207,53 @@ def test_full_disk_is_reported():
     assert done.stderr == "error: No space left on device, on writing the output\n"
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "",
-        "--help",
-        "--version",
-        "plugins list",
-        "plugins list --json",
-        "plugins info --help",
-        "run --help",
-        "check --help",
-        "config --help",
-        "graph --help",
-        "schema --help",
-        "new --help",
-        "node --help",
-        "node list --help",
-        "param --help",
-        "ps --help",
-        "log --help",
-        "doctor --help",
-        "interface show sensor_msgs/msg/Imu",
-        "completion zsh",
-        "topic --help",
-        "topic echo --help",
-        "topic pub --help",
-    ],
+RUN_NOTHING = (
+    "",
+    "--help",
+    "--version",
+    "plugins list",
+    "plugins list --json",
+    "plugins info --help",
+    "run --help",
+    "check --help",
+    "config --help",
+    "graph --help",
+    "schema --help",
+    "new --help",
+    "node --help",
+    "node list --help",
+    "param --help",
+    "ps --help",
+    "log --help",
+    "doctor --help",
+    "interface show sensor_msgs/msg/Imu",
+    "completion zsh",
+    "topic --help",
+    "topic echo --help",
+    "topic pub --help",
 )
-def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
-    done = subprocess.run(
-        [sys.executable, "-c", IMPORTS, ",".join(HEAVY), *command.split()], capture_output=True, text=True
-    )
-    assert done.stderr.splitlines()[-1] == "imported: []"
-    assert done.returncode == 0
-    assert done.stdout
+ONLY_LOOK = (
+    "ps",
+    "graph",
+    "log --node processor",
+    "interface list",
+    "node list",
+    "node list -v",
+    "node info processor",
+    "param list",
+    "param get imu_publisher rate_hz",
+    "topic list",
+    "topic info -v imu/data",
+    "topic echo --once imu/data --filter linear_acceleration.z>-99",
+    "topic hz imu/data -n 1 --every 0.2",
+    "topic bw imu/data -n 1 --every 0.2",
+    "topic stats",
+)
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "ps",
-        "graph",
-        "log --node processor",
-        "interface list",
-        "node list",
-        "node list -v",
-        "node info processor",
-        "param list",
-        "param get imu_publisher rate_hz",
-        "topic list",
-        "topic info -v imu/data",
-        "topic echo --once imu/data --filter linear_acceleration.z>-99",
-        "topic hz imu/data -n 1 --every 0.2",
-        "topic bw imu/data -n 1 --every 0.2",
-        "topic stats",
-    ],
-)
-def test_a_command_that_only_looks_imports_nothing_heavy(imu_lab: Any, command: str):
-    done = subprocess.run(
-        [sys.executable, "-c", IMPORTS, ",".join(HEAVY), *command.split()],
-        capture_output=True,
-        text=True,
-        env=imu_lab.environment,
-    )
-    assert done.stderr.splitlines()[-1] == "imported: []"
-    assert done.returncode == 0
-    assert done.stdout
+@pytest.mark.parametrize("commands", [RUN_NOTHING, ONLY_LOOK], ids=["run nothing", "only look"])
+def test_commands_import_nothing_heavy(imu_lab: Any, commands: tuple[str, ...]):
+    done = in_one_process(*commands, environment=imu_lab.environment)
+    said = [line for line in done.stderr.splitlines() if line.startswith("busflow ")]
+    assert said == [f"busflow {command}: exit code 0, imported []" for command in commands], done.stderr
+    assert all(done.stdout.split("\0")[:-1])

@@ -25,7 +25,7 @@ from busflow.msgs.std_srvs import Trigger
 from busflow.wire.client.client import join
 from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import to_text
-from tests.cli.test_cli import HEAVY, IMPORTS
+from tests.cli.test_cli import HEAVY, in_one_process
 
 PATIENCE_S = 60.0
 Refused = Callable[..., tuple[int, str]]
@@ -204,10 +204,8 @@ def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
 
 
 def test_its_help_imports_nothing_heavy():
-    code = IMPORTS.replace("sys.argv[1]", repr(f"{','.join(HEAVY)},zenoh,websockets"))
-    done = subprocess.run([sys.executable, "-c", code, "", "foxglove", "--help"], capture_output=True, text=True)
-    assert done.stderr == "imported: []\n"
-    assert done.returncode == 0
+    done = in_one_process("foxglove --help", heavy=(*HEAVY, "zenoh", "websockets"))
+    assert done.stderr == "busflow foxglove --help: exit code 0, imported []\n"
     assert "--read-only" in done.stdout
 
 

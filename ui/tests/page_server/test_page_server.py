@@ -30,7 +30,7 @@ from busflow.cli import main
 from busflow.recording.bag import Bag
 from busflow_ui.page_server.access import Access, PageAdmission, Tokens
 from busflow_ui.page_server.files import PageFiles
-from tests.cli.test_cli import HEAVY, IMPORTS
+from tests.cli.test_cli import HEAVY, in_one_process
 
 PATIENCE_S = 60.0
 PAGE = Path(__file__).parents[2] / "page"
@@ -74,10 +74,8 @@ def get(url: str, **headers: str) -> tuple[int, Any, bytes]:
 
 
 def test_its_help_imports_nothing_heavy():
-    code = IMPORTS.replace("sys.argv[1]", repr(f"{','.join(HEAVY)},zenoh,websockets,ssl"))
-    done = subprocess.run([sys.executable, "-c", code, "", "ui", "--help"], capture_output=True, text=True)
-    assert done.stderr == "imported: []\n"
-    assert done.returncode == 0
+    done = in_one_process("ui --help", heavy=(*HEAVY, "zenoh", "websockets", "ssl"))
+    assert done.stderr == "busflow ui --help: exit code 0, imported []\n"
     assert "--read-only" in done.stdout
 
 
