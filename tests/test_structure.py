@@ -8,6 +8,7 @@ import tokenize
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,9 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
     ): "writes constructors and codecs of message classes, of checked words: twice as fast as tables",
 }
 """Who may do what nobody else may, and why."""
+
+PAGE_IMPORT = re.compile(r'\b(?:from|import) ?\(?"(\.[^"]+)"')
+"""An import of one module of the page by another one, also of its types alone."""
 
 IGNORE = re.compile(
     r"#\s*(noqa(:\s*[A-Z]+[0-9]+(,\s*[A-Z]+[0-9]+)*)?|type:\s*ignore(\[[^]]*\])?|pyright:\s*\w+(\[[^]]*\])?"
@@ -266,3 +270,17 @@ def test_plugins_use_public_names_only(path: Path):
         if each.name.startswith("busflow.") and not each.name.startswith("busflow.msgs.")
     ]
     assert (inner, unknown, modules) == ([], [], [])
+
+
+def test_imports_of_the_page_go_in_no_circle():
+    files = set((UI / "page/src").rglob("*.ts*"))
+    imports = {
+        file: {
+            target
+            for address in PAGE_IMPORT.findall(file.read_text("utf-8"))
+            for ending in (".ts", ".tsx")
+            if (target := Path(os.path.normpath(file.parent / f"{address}{ending}"))) in files
+        }
+        for file in files
+    }
+    TopologicalSorter(imports).prepare()  # raises CycleError, with the circle
