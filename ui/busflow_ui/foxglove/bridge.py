@@ -21,11 +21,11 @@ from busflow.text import counted
 from busflow_ui.foxglove import protocol
 from busflow_ui.foxglove.catalogue import Catalogue, Change
 from busflow_ui.foxglove.connections import Connections
-from busflow_ui.foxglove.door import FAREWELL_S, name_of
 from busflow_ui.foxglove.parameters import RunParameters
 from busflow_ui.foxglove.protocol import Level
 from busflow_ui.foxglove.publications import ENCODINGS
 from busflow_ui.foxglove.viewer import Viewer
+from busflow_ui.foxglove.websocket_server import CLOSING_S, name_of
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -112,7 +112,7 @@ class Bridge:
         self._clock = SystemClock()
         self.looked_s: float = self._clock.seconds()
         """The time at which the graph was read, on a clock that does not jump."""
-        self._seats = asyncio.Semaphore(_MOST_VIEWERS)
+        self._places = asyncio.Semaphore(_MOST_VIEWERS)
         self._lock = peer.run.lock()
         self.was_killed = False
         """Whether the run has ended without an end of its own."""
@@ -240,10 +240,10 @@ class Bridge:
 
     async def serve(self, connection: ServerConnection, terms: Terms) -> None:
         """Serve a viewer until either side ends the connection."""
-        if self._seats.locked():
+        if self._places.locked():
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"{_MOST_VIEWERS} viewers are connected")
             return
-        async with self._seats:  # also while the run is asked what there is: many may come at once
+        async with self._places:  # also while the run is asked what there is: many may come at once
             await self._serve_viewer(connection, terms)
 
     async def _serve_viewer(self, connection: ServerConnection, terms: Terms) -> None:
@@ -283,10 +283,10 @@ class Bridge:
             sessionId=self._session,
         )
 
-    async def say_farewell(self) -> None:
+    async def announce_end(self) -> None:
         """Notify all viewers that the run has ended."""
         self._send_status(Level.ERROR, f"the run {self.peer.run.name} has ended")
-        await self._clock.sleep(FAREWELL_S / 3)  # for what is on its way
+        await self._clock.sleep(CLOSING_S / 3)  # for what is on its way
 
     def _send_status(self, level: Level, sentence: str) -> None:
         self._send_all(protocol.status(level, sentence, id_=_STATE))

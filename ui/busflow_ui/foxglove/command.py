@@ -75,22 +75,22 @@ async def _serve(
 ) -> None:
     from busflow_ui.foxglove.admission import is_local
     from busflow_ui.foxglove.bridge import Bridge, Terms
-    from busflow_ui.foxglove.door import Door
+    from busflow_ui.foxglove.websocket_server import WebSocketServer
 
     bridge = Bridge(peer, topics, print_message=tell)
     terms = Terms(read_only, metadata={"ROS_DISTRO": _DISTRO})
-    door = Door(admission, lambda connection: bridge.serve(connection, terms), print_message=tell)
+    server = WebSocketServer(admission, lambda connection: bridge.serve(connection, terms), print_message=tell)
     try:
-        port = await door.open(host, port)
+        port = await server.open(host, port)
         if not is_local(host):
             tell(f"warning: {_risk(host, read_only=read_only)}")
         url = f"ws://{f'[{host}]' if ':' in host else host}:{port}"
         click.echo(f"{peer.run.name} is served at {url} (Foxglove WebSocket), until Ctrl-C")
         click.echo(f"  {_APP}{quote(url, safe='')}")
         await bridge.ended()
-        await bridge.say_farewell()
+        await bridge.announce_end()
     finally:
-        await door.close()
+        await server.close()
         bridge.close()
 
 

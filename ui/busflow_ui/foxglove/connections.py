@@ -50,15 +50,13 @@ class Connections:
 
     def since(self, former: Connections) -> Mapping[str, Any]:
         """Return the update for a viewer that knows the former entries, in the protocol's words."""
-        topics, were = (
-            self.published.keys() | self.subscribed.keys(),
-            former.published.keys() | former.subscribed.keys(),
-        )
+        topics = self.published.keys() | self.subscribed.keys()
+        former_topics = former.published.keys() | former.subscribed.keys()
         return {
             "publishedTopics": _changed(self.published, former.published, "publisherIds", topics),
             "subscribedTopics": _changed(self.subscribed, former.subscribed, "subscriberIds", topics),
             "advertisedServices": _changed(self.services, former.services, "providerIds", self.services.keys()),
-            "removedTopics": sorted(were - topics),
+            "removedTopics": sorted(former_topics - topics),
             "removedServices": sorted(former.services.keys() - self.services.keys()),
         }
 

@@ -146,7 +146,7 @@ class Viewer:
         self._answers.append(message)
         self._answer_bytes += len(message)
         if len(self._answers) > _MOST_ANSWERS or self._answer_bytes > _MOST_ANSWER_BYTES:
-            self._connection.transport.abort()  # a farewell would have to wait behind all that
+            self._connection.transport.abort()  # a status would have to wait behind all that
         self._wake.set()
 
     def send_status(self, level: Level, sentence: str, *, id_: str | None = None) -> None:

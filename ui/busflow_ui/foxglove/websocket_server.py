@@ -1,4 +1,4 @@
-"""Door: the port at which viewers connect. It looks at each handshake, and prints what it refuses."""
+"""WebSocketServer: listens at the port where viewers connect, checks each handshake, and prints what it refuses."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from websockets.http11 import Request, Response
 
-FAREWELL_S = 0.3
+CLOSING_S = 0.3
 """Time that a viewer may take to close its connection."""
 _MOST_FRAME = 16 * 1024 * 1024
 """Largest message that a viewer may send."""
@@ -55,7 +55,7 @@ class Pages:
     headers: Callable[[Request], Mapping[str, str]] = field(default=lambda _request: {})
 
 
-class Door:
+class WebSocketServer:
     """Accepts connections at one port, from `open` until `close` returns."""
 
     def __init__(
@@ -67,7 +67,7 @@ class Door:
         pages: Pages | None = None,
         certificate: SSLContext | None = None,
     ) -> None:
-        """Describe the door.
+        """Describe the server; `open` starts it.
 
         Args:
             admission: accepts or refuses each handshake.
@@ -97,7 +97,7 @@ class Door:
                 process_response=self._add_headers,
                 server_header=None,
                 compression=None,  # on one machine it only costs time
-                close_timeout=FAREWELL_S,
+                close_timeout=CLOSING_S,
                 max_size=_MOST_FRAME,
                 logger=_LOG,
                 ssl=self._certificate,
@@ -116,7 +116,7 @@ class Door:
         if self._server is not None:
             self._server.close()
             with suppress(TimeoutError):
-                async with asyncio.timeout(FAREWELL_S):
+                async with asyncio.timeout(CLOSING_S):
                     await self._server.wait_closed()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:

@@ -110,9 +110,9 @@ class RunSource:
         self._present.set()
         try:
             await _until_ended(bridge, questions)
-            self._ended = questions.last_words()
+            self._ended = questions.ended_run()
             questions.send_all("run", self._ended)
-            await bridge.say_farewell()
+            await bridge.announce_end()
             self._print(f"the run {self._name} has ended; waiting for the next one")
         finally:
             self._bridge = self._questions = None

@@ -10,7 +10,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
 from busflow.errors import MalformedMessage
-from busflow_ui.foxglove.door import Door, Pages, name_of
+from busflow_ui.foxglove.websocket_server import Pages, WebSocketServer, name_of
 from busflow_ui.questions import frames
 
 if TYPE_CHECKING:
@@ -52,7 +52,9 @@ class PageServer:
     ) -> None:
         self._source, self._admission, self._tokens, self._print = source, admission, tokens, print_message
         pages = Pages(files.answer, files.headers)
-        self._door = Door(admission, self._serve, print_message=print_message, pages=pages, certificate=certificate)
+        self._server = WebSocketServer(
+            admission, self._serve, print_message=print_message, pages=pages, certificate=certificate
+        )
         self._strangers = asyncio.Semaphore(_MOST_STRANGERS)
 
     async def open(self, host: str, port: int) -> int:
@@ -61,11 +63,11 @@ class PageServer:
         Raises:
             InvalidInput: It cannot be had.
         """
-        return await self._door.open(host, port)
+        return await self._server.open(host, port)
 
     async def close(self) -> None:
         """Close all connections, without waiting for slow browsers."""
-        await self._door.close()
+        await self._server.close()
 
     async def _serve(self, connection: ServerConnection) -> None:
         if self._strangers.locked():

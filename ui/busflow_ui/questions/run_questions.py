@@ -130,7 +130,7 @@ class RunQuestions:
         for session in self._sessions:
             session.send(frames.update(question, found))
 
-    def last_words(self) -> dict[str, object]:
+    def ended_run(self) -> dict[str, object]:
         """Return what is known of a run that has ended, in the form of `run`: its exit code and report are not."""
         bridge = self._bridge
         ended: dict[str, object] = {"was_killed": bridge.was_killed, "errors": self._errors.recent()}

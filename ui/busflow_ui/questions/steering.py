@@ -71,9 +71,7 @@ class Steering:
         """Write changed parameters into the launch file, or show how it would change: `{file, edit, saved}`."""
         nodes, is_dry = checked.texts(arguments, "nodes"), checked.flag(arguments, "dry_run")
         edit: LaunchFileEdit = await self._call(lambda: saved_parameters(self._peer, nodes or self._stated_nodes()))
-        if not is_dry:
-            await self._call(edit.write)
-        return {"file": str(edit.file), "edit": _difference(edit), "saved": not is_dry}
+        return await self._written(edit, is_dry=is_dry)
 
     async def order(self, arguments: _Arguments) -> object:
         """Start, stop or restart a node, and wait until it did: `{node, state, failures}`."""
@@ -100,6 +98,10 @@ class Steering:
         if len(repr(layout)) > _MOST_LAYOUT:
             raise MalformedMessage(f"a layout has at most {_MOST_LAYOUT} characters")
         edit: LaunchFileEdit = await self._call(lambda: saved_key(self._file(), _KEY, layout))
+        return await self._written(edit, is_dry=is_dry)
+
+    async def _written(self, edit: LaunchFileEdit, *, is_dry: bool) -> object:
+        """Write an edit unless the page only asks to see it; return the answer."""
         if not is_dry:
             await self._call(edit.write)
         return {"file": str(edit.file), "edit": _difference(edit), "saved": not is_dry}

@@ -91,7 +91,7 @@ async def test_bridge_ends_with_its_run(looked_at: Any):
         looked.graph.ask_to_stop()
         await looked.graph.wait()
         await ended
-        await bridge.say_farewell()
+        await bridge.announce_end()
         status = await until(viewer, lambda each: each["op"] == "status")
     assert status["message"] == "the run looked has ended"
 

@@ -12,7 +12,7 @@ from websockets.asyncio.server import ServerConnection
 
 from busflow.errors import InvalidInput
 from busflow_ui.foxglove.admission import Admission
-from busflow_ui.foxglove.door import Door, Pages
+from busflow_ui.foxglove.websocket_server import Pages, WebSocketServer
 
 PATIENCE_S = 60.0
 
@@ -21,15 +21,15 @@ async def served(_connection: ServerConnection) -> None:
     """Serve nothing."""
 
 
-def behind(door: Door, look: Callable[[int], object], host: str = "127.0.0.1", port: int = 0) -> None:
-    """Call a function with the port, in a thread, while the door is open."""
+def behind(server: WebSocketServer, look: Callable[[int], object], host: str = "127.0.0.1", port: int = 0) -> None:
+    """Call a function with the port, in a thread, while the server is open."""
 
     async def main() -> None:
         try:
             async with asyncio.timeout(PATIENCE_S):
-                await asyncio.to_thread(look, await door.open(host, port))
+                await asyncio.to_thread(look, await server.open(host, port))
         finally:
-            await door.close()
+            await server.close()
 
     asyncio.run(main())
 
@@ -50,17 +50,17 @@ def test_requests_for_pages_are_answered_with_headers():
     pages = Pages(
         lambda connection, _: connection.respond(HTTPStatus.OK, "hello"), lambda request: {"X-Path": request.path}
     )
-    door = Door(Admission("127.0.0.1"), served, print_message=print, pages=pages)
+    server = WebSocketServer(Admission("127.0.0.1"), served, print_message=print, pages=pages)
 
     def look(port: int) -> None:
         status, body, headers = get(port, "localhost")
         assert (status, body, headers["X-Path"]) == (200, b"hello", "/")
 
-    behind(door, look)
+    behind(server, look)
 
 
 def test_a_handshake_has_one_host(capsys: pytest.CaptureFixture[str]):
-    door = Door(Admission("127.0.0.1"), served, print_message=print)
+    server = WebSocketServer(Admission("127.0.0.1"), served, print_message=print)
 
     def look(port: int) -> None:
         for _ in range(2):
@@ -68,14 +68,14 @@ def test_a_handshake_has_one_host(capsys: pytest.CaptureFixture[str]):
             assert (status, body) == (403, b"a handshake has one Host and one Origin\n")
         assert get(port, "evil.example")[0] == 403
 
-    behind(door, look)
+    behind(server, look)
     assert capsys.readouterr().out.count("warning: refused a connection") == 2
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "192.0.2.1"])
 def test_an_address_that_cannot_be_had_is_named(host: str):
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        door: Any = Door(Admission(host), served, print_message=print)
+        server: Any = WebSocketServer(Admission(host), served, print_message=print)
         nothing: Callable[[int], Awaitable[None] | None] = lambda _: None  # noqa: E731  # short
         with pytest.raises(InvalidInput, match=rf"{host}:\d+ cannot be listened at"):
-            behind(door, nothing, host, taken.getsockname()[1])
+            behind(server, nothing, host, taken.getsockname()[1])
