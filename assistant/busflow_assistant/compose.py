@@ -8,10 +8,10 @@ from itertools import takewhile
 
 from busflow_assistant.answer import Citation
 from busflow_assistant.answer_kinds import AnswerKind
+from busflow_assistant.code_lines import alike, body
 from busflow_assistant.passages import Extent, PassageShape
 from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import LONGEST, Ranked, units_of
-from busflow_assistant.read import alike, body
 from busflow_assistant.search_index import Citable, SearchIndex, indent
 
 MOST = 3

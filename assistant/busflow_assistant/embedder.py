@@ -58,9 +58,9 @@ class Embedder:
             tokens[row, : len(each)] = each
             mask[row, : len(each)] = 1.0
         hidden = self._embedded(tokens)
-        hidden_from = (1.0 - mask)[:, None, None, :] * np.float32(-1e9)
+        attention_mask = (1.0 - mask)[:, None, None, :] * np.float32(-1e9)
         for layer in range(self._layers):
-            hidden = self._layer(hidden, hidden_from, f"encoder.layer.{layer}.")
+            hidden = self._layer(hidden, attention_mask, f"encoder.layer.{layer}.")
         pooled = (hidden * mask[:, :, None]).sum(axis=1) / mask.sum(axis=1, keepdims=True)
         return cast("Floats", pooled / np.linalg.norm(pooled, axis=1, keepdims=True))
 
@@ -71,22 +71,22 @@ class Embedder:
         kinds = weights["embeddings.token_type_embeddings.weight"][0]
         return self._normal(words + places + kinds, "embeddings.LayerNorm.")
 
-    def _layer(self, hidden: Floats, hidden_from: Floats, name: str) -> Floats:
-        attended = self._attention(hidden, hidden_from, f"{name}attention.self.")
+    def _layer(self, hidden: Floats, attention_mask: Floats, name: str) -> Floats:
+        attended = self._attention(hidden, attention_mask, f"{name}attention.self.")
         projected = self._linear(attended, f"{name}attention.output.dense.")
         hidden = self._normal(hidden + projected, f"{name}attention.output.LayerNorm.")
         inner = _gelu(self._linear(hidden, f"{name}intermediate.dense."))
         outer = self._linear(inner, f"{name}output.dense.")
         return self._normal(hidden + outer, f"{name}output.LayerNorm.")
 
-    def _attention(self, hidden: Floats, hidden_from: Floats, name: str) -> Floats:
+    def _attention(self, hidden: Floats, attention_mask: Floats, name: str) -> Floats:
         rows, length, size = hidden.shape
         shape = (rows, length, self._heads, size // self._heads)
         query, key, value = (
             self._linear(hidden, f"{name}{part}.").reshape(shape).transpose(0, 2, 1, 3)
             for part in ("query", "key", "value")
         )
-        scores = query @ key.transpose(0, 1, 3, 2) / np.float32(np.sqrt(shape[3])) + hidden_from
+        scores = query @ key.transpose(0, 1, 3, 2) / np.float32(np.sqrt(shape[3])) + attention_mask
         scores = np.exp(scores - scores.max(axis=-1, keepdims=True))
         shares = scores / scores.sum(axis=-1, keepdims=True)
         return cast("Floats", (shares @ value).transpose(0, 2, 1, 3).reshape(rows, length, size))

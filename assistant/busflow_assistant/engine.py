@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from busflow_assistant.answer import Answer, AnswerScope, Citation, Reason
+from busflow_assistant.code_lines import names
 from busflow_assistant.compose import cited, composed
 from busflow_assistant.matching import Matched, match
 from busflow_assistant.orders import is_order
@@ -13,7 +14,6 @@ from busflow_assistant.passages import Extent, Page
 from busflow_assistant.plain_text import read_text
 from busflow_assistant.question import AskedQuestion, parts, understand
 from busflow_assistant.rank import Ranked, rank
-from busflow_assistant.read import names
 from busflow_assistant.refuse import NEARBY, by_certainty, refusal, sufficient
 from busflow_assistant.search_index import SearchIndex
 from busflow_assistant.selection import cut, locate

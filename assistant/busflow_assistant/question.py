@@ -72,6 +72,7 @@ _SUBJECTS = frozenset(
         "got",
     ]
 )
+_GENERAL_STEMS = frozenset(map(stem, general_words()))
 _IS = frozenset(["is", "are", "was", "were", "be", "been", "being"])
 _CODE = re.compile(r"[_/@.:=()*~\d]|[a-z][A-Z]|^--|^[A-Z]{2,}")
 
@@ -139,15 +140,8 @@ def _term(written: str) -> Term | None:
         return Term(lower, known[:1], LITERAL if not lower.isdigit() else 1.0, literal=True)
     if len(lower) == 1 and not lower.isdigit():
         return Term(lower, known, 0.6)
-    general = lower in general_words() or known[0] in _general_stems()
+    general = lower in general_words() or known[0] in _GENERAL_STEMS
     return Term(lower, known[:1], GENERAL if general else 1.0)
-
-
-def _general_stems() -> frozenset[str]:
-    return _GENERAL_STEMS
-
-
-_GENERAL_STEMS = frozenset(map(stem, general_words()))
 
 
 def _language_of(text: str) -> str:

@@ -15,9 +15,9 @@ from busflow_assistant.question import AskedQuestion
 from busflow_assistant.rank import Ranked
 from busflow_assistant.search_index import SearchIndex
 
-DOUBT = 4.0
+LEAST_SCORE = 4.0
 """The least score of an answer, less what counts against it: chosen on the question sets that may be tuned on."""
-DOUBT_BY_MEANING = 4.5
+LEAST_SCORE_BY_MEANING = 4.5
 """The same where a sentence model has its say, which also speaks for a unit that is only about the same thing."""
 UNKNOWN = 5.0
 """How much a word of the topic that the text has not counts against an answer; a rare or literal one more."""
@@ -56,7 +56,7 @@ def sufficient(matched: Sequence[Matched], best: Ranked) -> bool:
     if best.similarity is not None and best.similarity < UNLIKE and best.support < UNSURE:
         return False
     unknown = sum(each.weight for each in matched if _is_topic(each) and not each.variants)
-    least = DOUBT if best.similarity is None else DOUBT_BY_MEANING
+    least = LEAST_SCORE if best.similarity is None else LEAST_SCORE_BY_MEANING
     return best.score - UNKNOWN * unknown >= least
 
 

@@ -155,7 +155,7 @@ def test_replay_of_the_same_assistant_is_the_same(recording: Path):
 
 
 def test_replay_shows_an_answer_that_changed(recording: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("busflow_assistant.refuse.DOUBT", 99.0)
+    monkeypatch.setattr("busflow_assistant.refuse.LEAST_SCORE", 99.0)
     replayed = replay(str(recording), Assistant)
     assert not replayed.same
     assert "/assistant/log" in str(replayed.differences)

@@ -1,8 +1,8 @@
 """The question sets keep the values that they have reached, by all modules together.
 
-Those without a test module of their own are `answer.py`, `answer_kinds.py`, `budget.py`, `compose.py`,
+Those without a test module of their own are `answer.py`, `answer_kinds.py`, `budget.py`, `code_lines.py`, `compose.py`,
 `conversions.py`, `evidence.py`, `features.py`, `fusion.py`, `lexicon.py`, `matching.py`, `messages.py`, `orders.py`,
-`page_files.py`, `passages.py`, `patterns.py`, `rank.py`, `read.py`, `refuse.py`, `search_index.py`, `sentences.py` and
+`page_files.py`, `passages.py`, `patterns.py`, `rank.py`, `refuse.py`, `search_index.py`, `sentences.py` and
 `words.py`.
 `python benchmarks/assistant.py` prints the whole table.
 """

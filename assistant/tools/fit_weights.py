@@ -49,7 +49,8 @@ class Example:
 
 def main() -> None:
     found = [each for name in SETS for each in examples(read_questions(TESTS / name)) if each.right.any()]
-    for name, weight in zip(Features._fields, fitted(found), strict=True):
+    weights = fitted(found)
+    for name, weight in zip(Features._fields, weights, strict=True):
         print(f"    {name}={weight:.2f},")
     pages = sorted({each.page for each in found})
     parts = [[each for each in found if each.page == page] for page in pages]
@@ -57,9 +58,7 @@ def main() -> None:
         first(part, fitted([each for each in found if each.page != page]))
         for page, part in zip(pages, parts, strict=True)
     ]
-    print(
-        f"the best one answers: {first(found, fitted(found))} of {len(found)}; on a page not fitted to: {sum(unseen)}"
-    )
+    print(f"the best one answers: {first(found, weights)} of {len(found)}; on a page not fitted to: {sum(unseen)}")
 
 
 def examples(questions: Sequence[Mapping[str, Any]]) -> list[Example]:

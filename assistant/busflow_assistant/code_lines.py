@@ -1,4 +1,4 @@
-"""Readers of what is more than a sentence: the body of a function, lines of one kind, names out of code."""
+"""Lines of code and output that belong together: the body of a function, lines of one kind, those that name things."""
 
 from __future__ import annotations
 
