@@ -3,7 +3,7 @@ import type { Citation } from "../connection/answers";
 import { rangeWith } from "../assistant/finding";
 import { mark, rangesOf, unmark } from "../assistant/places";
 import type { About } from "../assistant/talk";
-import type { Turning } from "./turning";
+import type { Navigation } from "./navigation";
 
 /** Returns the address of a chapter's page, as the server makes it. */
 export function addressOf(chapter: string, root: URL): string {
@@ -12,9 +12,9 @@ export function addressOf(chapter: string, root: URL): string {
 }
 
 /** Turns to the chapter of a citation and marks it; text of a selection is looked for in the chapter that it was made in. */
-export async function showCitation(citation: Citation, about: About, turning: Turning, root: URL): Promise<void> {
+export async function showCitation(citation: Citation, about: About, navigation: Navigation, root: URL): Promise<void> {
   const chapter = citation.chapter ?? about.chapter;
-  if (chapter !== "") await turning.go(addressOf(chapter, root));
+  if (chapter !== "") await navigation.go(addressOf(chapter, root));
   const text = document.querySelector("article");
   if (text === null) return;
   unmark(document);

@@ -4,9 +4,9 @@ import { Talk, type About } from "../assistant/talk";
 import { share } from "../components/sessions";
 import { takeToken } from "../store/token";
 import { showCitation } from "./citing";
-import { furnish, furnishText, rootOfBook } from "./furniture";
-import { enliven } from "./live";
-import { Turning } from "./turning";
+import { addControls, addCopyButtons, rootOfBook } from "./controls";
+import { showLiveParts } from "./live";
+import { Navigation } from "./navigation";
 import "../styles/theme.css";
 import "../styles/base.css";
 import "../assistant/assistant.css";
@@ -17,11 +17,11 @@ const token = takeToken();
 // The panels in the text have the same connection: they name the same server and token.
 const session = share(new URL(".", import.meta.url).href, token);
 
-furnish(root);
-furnishText(document);
-const live = enliven(session, token);
-const turning = new Turning(root, () => {
-  furnishText(document);
+addControls(root);
+addCopyButtons(document);
+const live = showLiveParts(session, token);
+const navigation = new Navigation(root, () => {
+  addCopyButtons(document);
   live.update();
 });
 
@@ -32,7 +32,7 @@ mountAssistant(place, {
   talk: new Talk(sessionStorage),
   root: () => document.querySelector("article"),
   whole,
-  show: (citation, about) => void showCitation(citation, about, turning, root),
+  show: (citation, about) => void showCitation(citation, about, navigation, root),
 });
 
 function whole(): About {

@@ -6,7 +6,7 @@ import type { Session } from "../store/session";
 const HOSTS = ".live[data-live]";
 
 /** Keeps the live parts of the page in step with the run; call `update` when another text is shown. */
-export function enliven(session: Session, token: string): { readonly update: () => void } {
+export function showLiveParts(session: Session, token: string): { readonly update: () => void } {
   const update = (isOpen: boolean, topics: ReadonlyMap<string, unknown>): void => {
     const hosts = [...document.querySelectorAll<HTMLElement>(HOSTS)];
     for (const host of hosts) {

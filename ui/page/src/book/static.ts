@@ -1,8 +1,8 @@
 /** Entry of a book without a server. */
-import { furnish, furnishText, rootOfBook } from "./furniture";
+import { addControls, addCopyButtons, rootOfBook } from "./controls";
 import "../styles/theme.css";
 import "../styles/base.css";
 import "./book.css";
 
-furnish(rootOfBook());
-furnishText(document);
+addControls(rootOfBook());
+addCopyButtons(document);

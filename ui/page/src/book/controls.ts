@@ -9,8 +9,8 @@ export function rootOfBook(): URL {
   return new URL(`./${document.body.dataset.root ?? ""}`, location.href);
 }
 
-/** Prepares the head once. */
-export function furnish(root: URL): void {
+/** Adds the controls of the head, once. */
+export function addControls(root: URL): void {
   applyTheme();
   const tools = document.querySelector(".book-tools");
   if (tools !== null) {
@@ -19,8 +19,8 @@ export function furnish(root: URL): void {
   }
 }
 
-/** Prepares a text that was just shown. */
-export function furnishText(text: ParentNode): void {
+/** Adds a button to each block of code of a text that was just shown. */
+export function addCopyButtons(text: ParentNode): void {
   for (const figure of text.querySelectorAll<HTMLElement>("figure.code")) figure.append(copyButton(figure));
 }
 

@@ -1,8 +1,8 @@
-/** Turning of pages: another chapter takes the place of the text, so that what stands beside it, the talk above all, goes on. */
+/** Navigation: another chapter takes the place of the text without a new page, so that the connection and the talk go on. */
 
 const BODY = ".book-body";
 
-export class Turning {
+export class Navigation {
   readonly #root: URL;
   readonly #onText: () => void;
   #shown = pathOf(location.href);
