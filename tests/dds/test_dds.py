@@ -1,8 +1,8 @@
 """Tests of the bridge as a whole, between a run and a program of DDS alone.
 
 They are those of `bridge.py`, `topics.py`, `services.py`, `calls.py`, `shown.py`, `neighbours.py`, `outlet.py`,
-`inlet.py`, `participant.py` and `carried.py`. Those of `process.py` are in `test_extension.py`, those of
-`known_types.py` in `test_idl.py`.
+`inlet.py` and `participant.py`. Those of `process.py` are in `test_extension.py`, those of `known_types.py` in
+`test_idl.py`.
 """
 
 from collections.abc import Iterator
