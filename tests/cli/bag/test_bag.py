@@ -291,6 +291,7 @@ def test_a_run_follows_the_clock_of_a_recording(tmp_path, project, start_run):
         "    async def start(self) -> None:\n        self.log.info('ready')\n\n"
         "    @timer(1)\n    def tick(self) -> None:\n"
         "        self.log.info('tick', at=self.clock.now().nanoseconds)\n"
+        "        if self.clock.now().sec >= 1003:\n            self.log.info('enough')\n"
     )
     (project / "follow.yaml").write_text(
         "name: follow\nplugins: [plugins]\nclock: {mode: follow}\nnodes:\n  ticker: {plugin: ticker}\n"
@@ -298,12 +299,13 @@ def test_a_run_follows_the_clock_of_a_recording(tmp_path, project, start_run):
     run = start_run(project, "follow.yaml")
     run.wait_for("ready")
     start_ns = 1_000_000_000_000
-    path = write(tmp_path / "run.mcap", [("/n", Int64(data=n), start_ns + n * 100 * MS) for n in range(36)])
+    path = write(tmp_path / "run.mcap", [("/n", Int64(data=n), start_ns + n * 100 * MS) for n in range(100)])
     assert main(["bag", "play", path, "--run", "follow", "--clock", "200", "--rate", "10"]) == 0
-    run.wait_for("at=1003")
+    run.wait_for("enough")
     ticks = [int(line.rpartition("at=")[2]) for line in run.lines if "tick " in line]
-    seconds = [round((each - start_ns) / 1e9) for each in ticks]
-    assert seconds == sorted({*seconds, 3} & {1, 2, 3})  # on a busy machine it may come too late for the first
+    assert ticks == sorted({*ticks})
+    # The first second begins with the first stamp that arrives; on a busy machine a tick is late, or left out.
+    assert start_ns + 1000 * MS <= ticks[0] <= ticks[-1] < start_ns + 10_000 * MS
 
 
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals here")
