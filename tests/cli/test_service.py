@@ -108,11 +108,12 @@ def test_echo_prints_requests_and_responses(capsys: Captured):
         out, err = echo.communicate(timeout=60)
     assert (echo.returncode, err) == (0, "")
     request, response, failed, rest = out.split("---\n")
+    number = int(request.partition("sequence_number: ")[2].split()[0])
     assert request.startswith("info:\n  event_type: REQUEST_RECEIVED\n  stamp:\n    sec: ")
-    assert request.endswith("  sequence_number: 1\nrequest: [{data: true}]\nresponse: []\n")
+    assert request.endswith(f"  sequence_number: {number}\nrequest: [{{data: true}}]\nresponse: []\n")
     assert response.startswith("info:\n  event_type: RESPONSE_SENT\n")
     assert response.endswith('request: []\nresponse: [{success: true, message: "it is \\x1b[31mon"}]\n')
-    assert failed.endswith("  sequence_number: 2\nrequest: [{data: false}]\nresponse: []\n")
+    assert failed.endswith(f"  sequence_number: {number + 1}\nrequest: [{{data: false}}]\nresponse: []\n")
     assert rest == ""
 
 
