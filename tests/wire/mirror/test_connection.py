@@ -11,7 +11,15 @@ from tests.wire.conftest import Robot
 
 PATIENCE_S = 60.0
 
-CAMERA = """
+PATIENT = """
+from busflow.runner import graph
+from busflow.wire.mirror import connection
+
+graph.GRACE_S = connection._LAST_S = 20.0
+"""
+"""What lets the end of a run take as long as its reader needs, on however slow a machine."""
+
+CAMERA = f"""{PATIENT}
 class Camera(Node):
     images = publisher(Image, "images")
 
@@ -26,7 +34,7 @@ class Camera(Node):
             self.images.publish(self.last)
 """
 
-LIBRARY = """
+LIBRARY = f"""{PATIENT}
 import signal
 
 from busflow.msgs.std_srvs import Trigger
