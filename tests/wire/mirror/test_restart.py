@@ -1,5 +1,6 @@
 """A node that is restarted, seen from outside: who listens to it, publishes to it or asks it notices nothing."""
 
+import asyncio
 from contextlib import ExitStack
 
 import pytest
@@ -10,6 +11,8 @@ from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import Trigger
 
 pytestmark = pytest.mark.asyncio
+
+PATIENCE_S = 60.0
 
 
 class EchoParameters(Parameters):
@@ -81,8 +84,9 @@ async def test_a_deleted_node_is_seen_no_more(looked_at):
         shown = await looked.ask(looked.peer.graph)
         assert {"/echo", "/lamp"} <= set(shown.nodes)
         await looked.graph.dismiss(["/echo"])
-        shown = await looked.ask(looked.peer.graph)
-        assert "/echo" not in shown.nodes
+        async with asyncio.timeout(PATIENCE_S):
+            while "/echo" in (shown := await looked.ask(looked.peer.graph)).nodes:
+                pass  # its tokens are undeclared, and still on their way to this session
         assert "/lamp" in shown.nodes
         assert "/echoes" not in shown.topics, "which it alone had"
         assert "/numbers" in shown.topics
