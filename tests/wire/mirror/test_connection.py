@@ -16,6 +16,7 @@ from busflow.runner import graph
 from busflow.wire.mirror import connection
 
 graph.GRACE_S = connection._LAST_S = 20.0
+connection._OVERTAKEN_S = 0.5
 """
 """What lets the end of a run take as long as its reader needs, on however slow a machine."""
 
