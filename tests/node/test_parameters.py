@@ -14,7 +14,7 @@ from pydantic import Field, ValidationError, create_model, model_validator
 from pydantic.version import version_short
 
 from busflow.errors import Fault, InvalidDeclaration, InvalidParameter
-from busflow.node.parameters import Parameters, ReadOnly, describe, validate
+from busflow.node.parameters import Parameters, ReadOnly, describe, grouped, validate, value_of
 
 
 class Mode(Enum):
@@ -246,6 +246,12 @@ def test_describe_shows_the_outer_default_of_nested_parameters():
         noise: Noise = Noise(imu=0.0)
 
     assert describe(Quiet)[0].default == 0.0
+
+
+def test_grouped_values_make_the_same_parameters():
+    parameters = validate(RobotParameters, {"count": 3, "noise": {"imu": 0.5}})
+    values = {row.name: value_of(parameters, row.name) for row in describe(RobotParameters)}
+    assert validate(RobotParameters, grouped(values)) == parameters
 
 
 def test_the_schema_has_ranges_choices_and_read_only():
