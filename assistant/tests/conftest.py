@@ -1,24 +1,15 @@
 """The fixtures of busflow's own tests, and the pages of the question sets."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from busflow_assistant.engine import Engine
 from busflow_assistant.markdown import read_page
 
-pytest_plugins = ("tests.conftest", "tests.cli.conftest")
+pytest_plugins = ("tests.conftest", "tests.cli.conftest", "tests.whole_files")
 
 TESTS = Path(__file__).parent
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Give each file to one worker: its tests share the answers to whole sets of questions."""
-    from xdist.scheduler import LoadFileScheduling
-
-    return LoadFileScheduling(config, log)
 
 
 @pytest.fixture(scope="session")

@@ -256,5 +256,6 @@ def test_commands_import_nothing_heavy(imu_lab: Any, commands: tuple[str, ...]):
     done = in_one_process(*commands, environment=imu_lab.environment)
     said = [line for line in done.stderr.splitlines() if line.startswith("busflow ")]
     assert said == [f"busflow {command}: exit code 0, imported []" for command in commands], done.stderr
-    # On a busy machine no message may come within 0.2 s.
-    assert all(done.stdout.split("\0")[:-1]) or "no new messages" in done.stderr
+    silent = {command for command, text in zip(commands, done.stdout.split("\0")[:-1], strict=True) if not text}
+    measuring = {command for command in commands if "--every 0.2" in command}
+    assert not silent or (silent <= measuring and "no new messages" in done.stderr)  # on a busy machine none may come
