@@ -25,6 +25,7 @@ from busflow.bus.subscription import Subscription
 from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
 from busflow.wire.zenoh.run_directory import find_run, runs
+from tests.golden import golden  # noqa: F401  # a fixture of every test
 
 # How long an example takes, or is drawn, says how busy the machine is.
 ON_ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -43,11 +44,15 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--shuffle", action="store_true", help="run the tests in a random order, whose seed is printed")
+    parser.addoption("--update", action="store_true", help="write golden texts anew, in this process")
     parser.addoption("--shuffle-seed", type=int, metavar="SEED", help="run the tests in that order again")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Draw the seed of a shuffle once, before there are workers, which get it from this process."""
+    if config.option.update:
+        config.option.numprocesses = 0  # two workers would write one golden file
+        config.option.dist, config.option.tx = "no", []
     if hasattr(config, "workerinput"):
         config.option.shuffle_seed = config.workerinput["shuffle_seed"]
     elif config.option.shuffle and config.option.shuffle_seed is None:
