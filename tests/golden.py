@@ -1,11 +1,13 @@
 """Golden texts: what a command or a module writes, pinned once in a text file beside the test module.
 
-`golden(text)` compares a text with the section of the running test in `test_check.txt`, beside `test_check.py`.
+`golden(text)` compares a text with the section of the running test in `test_check.txt`, beside `test_check.py`;
+`with golden.raises(InvalidQoS):` does so with the text of an error.
 `pytest --update tests/cli/test_check.py` writes the sections anew; read the diff before you commit it.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from difflib import unified_diff
 from pathlib import Path
 
@@ -37,9 +39,15 @@ class Golden:
 
     def __init__(self, file: Path, test: str, *, update: bool) -> None:
         self.file, self.test, self.update = file, test, update
+        self._unnamed = 0
 
     def __call__(self, text: str, part: str = "", *, mask: Mapping[str, str] | None = None) -> None:
-        """Compare a text with the section of this test, or of a named part of it, without spaces at line ends."""
+        """Compare a text with the section of this test, or of a part of it, without spaces at line ends.
+
+        The parts of a test have names, or else numbers: the second text without a name is part 2.
+        """
+        self._unnamed += not part
+        part = part or (str(self._unnamed) if self._unnamed > 1 else "")
         title = f"{self.test}: {part}" if part else self.test
         found = re.sub(r"[ \t]+$", "", masked(text, mask or {}), flags=re.MULTILINE)
         assert not HEADING.search(found), "this text has lines which look like the headings of a golden file"
@@ -51,6 +59,15 @@ class Golden:
             pytest.fail(
                 "\n".join([f"{self.file.name}: {title}", *lines, "if this is meant: pytest --update"]), pytrace=False
             )
+
+    @contextmanager
+    def raises(
+        self, expected: type[BaseException], part: str = "", *, mask: Mapping[str, str] | None = None
+    ) -> Iterator[pytest.ExceptionInfo[BaseException]]:
+        """Expect an error, as `pytest.raises` does, and compare its text."""
+        with pytest.raises(expected) as caught:
+            yield caught
+        self(str(caught.value), part, mask=mask)
 
 
 def forget(file: Path, test: str) -> None:

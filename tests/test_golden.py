@@ -28,6 +28,14 @@ def test_a_difference_fails_until_it_is_updated(tmp_path: Path):
         Golden(file, "test_c", update=False)("later")
 
 
+def test_texts_without_a_name_are_numbered(tmp_path: Path):
+    golden = Golden(tmp_path / "test_clock.txt", "test_a", update=True)
+    for late in (1, 2):
+        with golden.raises(ValueError):
+            raise ValueError(f"{late} s late")
+    assert sections(golden.file) == {"test_a": "1 s late", "test_a: 2": "2 s late"}
+
+
 @pytest.mark.parametrize("file", PINNED, ids=lambda file: str(file.relative_to(ROOT)))
 def test_each_section_belongs_to_a_test(file: Path):
     tests = set(re.findall(r"^(?:async )?def (test_\w+)", file.with_suffix(".py").read_text("utf-8"), re.MULTILINE))
