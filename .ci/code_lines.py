@@ -5,7 +5,7 @@
 
 import ast
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 PROJECT = Path(__file__).parents[1]
@@ -17,6 +17,12 @@ BESIDE = {
 """The files of each row of the budget outside of `busflow/`."""
 
 
+@lru_cache(1)  # many trees at once slow down Python's garbage collection
+def tree(path: Path) -> ast.Module:
+    """Return the syntax tree of a module."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 @cache
 def code_lines(path: Path) -> dict[int, str]:
     """Return the lines of code by their numbers; of TypeScript, a line of a block comment begins with `*`."""
@@ -25,7 +31,7 @@ def code_lines(path: Path) -> dict[int, str]:
     every = dict(enumerate(text.splitlines(), 1))
     lines = {number: line for number, line in every.items() if line.strip() and not line.lstrip().startswith(marks)}
     docstrings: set[int] = set()
-    for node in ast.walk(ast.parse(text)) if path.suffix == ".py" else ():
+    for node in ast.walk(tree(path)) if path.suffix == ".py" else ():
         if isinstance(node, ast.JoinedStr | ast.Constant) and node.end_lineno != node.lineno:
             lines |= {number: every[number] for number in range(node.lineno, (node.end_lineno or 0) + 1)}
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
