@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import IntEnum, StrEnum
 from typing import TypeAlias
 
@@ -35,9 +35,25 @@ class ExitCode(IntEnum):
 class BusflowError(Exception):
     """Base of all exceptions of busflow."""
 
+    code: str = "busflow-error"
+    """A stable word for scripts, in kebab-case: the class's name, or the code of the one problem that it carries."""
     exit_code = ExitCode.FAILED
     place: Place | None = None
     """The line of the user's code at fault, if it is not the line that raised."""
+
+    def __init_subclass__(cls) -> None:
+        """Name the code after the class, unless the class states its own.
+
+        >>> InvalidName.code, InvalidQoS.code
+        ('invalid-name', 'invalid-qos')
+        """
+        super().__init_subclass__()
+        if "code" not in vars(cls):
+            cls.code = re.sub("(?<=[a-z])(?=[A-Z][a-z])", "-", cls.__name__).lower()
+
+    def as_json(self) -> dict[str, object]:
+        """Return the error in the form that `--json` prints."""
+        return {"code": self.code, "message": str(self)}
 
 
 class InvalidName(BusflowError, ValueError):
@@ -65,15 +81,22 @@ class Fault:
     """A stable word: unknown, missing, type, range, choice, length or invalid."""
 
 
-class InvalidParameter(BusflowError, ValueError):
+class _WithFaults(BusflowError, ValueError):
+    """Values are invalid; the error lists all their faults."""
+
+    def __init__(self, faults: Sequence[Fault], subject: str = "") -> None:
+        self.faults: tuple[Fault, ...] = tuple(faults)
+        super().__init__(subject + "; ".join(_sentence(fault) for fault in self.faults))
+
+    def as_json(self) -> dict[str, object]:
+        return super().as_json() | {"faults": [asdict(fault) for fault in self.faults]}
+
+
+class InvalidParameter(_WithFaults):
     """Parameters of a node are invalid; the error lists all their faults."""
 
-    def __init__(self, faults: Sequence[Fault]) -> None:
-        self.faults: tuple[Fault, ...] = tuple(faults)
-        super().__init__("; ".join(_sentence(fault) for fault in self.faults))
 
-
-class InvalidMessage(BusflowError, ValueError):
+class InvalidMessage(_WithFaults):
     """Field values of a message are invalid; the error lists all their faults.
 
     >>> str(InvalidMessage("Vector3", [Fault(("v",), "unknown field v", "did you mean 'x'?")]))
@@ -81,8 +104,7 @@ class InvalidMessage(BusflowError, ValueError):
     """
 
     def __init__(self, message: str, faults: Sequence[Fault]) -> None:
-        self.faults: tuple[Fault, ...] = tuple(faults)
-        super().__init__(f"{message}: {'; '.join(_sentence(fault) for fault in self.faults)}")
+        super().__init__(faults, f"{message}: ")
 
 
 class UnknownType(BusflowError, LookupError):
@@ -329,24 +351,26 @@ class Deadlock(BusflowError):
     """In virtual time, no event is left that could wake the waiting tasks; the message names them."""
 
 
-class PluginError(BusflowError):
+class _WithProblem(BusflowError):
+    """One problem, as an error that has its code."""
+
+    exit_code = ExitCode.USAGE
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.code = problem.code
+        super().__init__(problem.render())
+
+    def as_json(self) -> dict[str, object]:
+        return self.problem.as_json()
+
+
+class PluginError(_WithProblem):
     """A plugin or an installed command cannot be found or imported; `problem.place` is its line of code at fault."""
 
-    exit_code = ExitCode.USAGE
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        super().__init__(problem.render())
-
-
-class InvalidInput(BusflowError, ValueError):
+class InvalidInput(_WithProblem, ValueError):
     """A command-line value for a running graph is invalid; `problem.place` is the part at fault."""
-
-    exit_code = ExitCode.USAGE
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        super().__init__(problem.render())
 
 
 class Severity(StrEnum):
@@ -423,6 +447,9 @@ class _WithProblems(BusflowError):
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems: tuple[Problem, ...] = tuple(problems)
         super().__init__("\n".join(problem.render() for problem in self.problems))
+
+    def as_json(self) -> dict[str, object]:
+        return super().as_json() | {"problems": [problem.as_json() for problem in self.problems]}
 
 
 class LaunchError(_WithProblems):

@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
-from busflow.errors import BagError, Fault, InvalidParameter, LaunchError, Place, PluginError, Problem, Severity
+from busflow.cli import main
+from busflow.errors import (
+    BagError,
+    ExitCode,
+    Fault,
+    InvalidParameter,
+    LaunchError,
+    Place,
+    PluginError,
+    Problem,
+    ServiceError,
+    Severity,
+)
 
 PLACE = Place("lab.yaml", 3, 5, 4, "    rate: x")
 
@@ -61,6 +75,38 @@ def test_errors_list_all_their_faults():
     problems = [Problem("a", "one"), Problem("b", "two")]
     assert str(LaunchError(problems)) == "error: one\nerror: two"
     assert str(PluginError(problems[0])) == "error: one"
+
+
+@pytest.mark.parametrize(
+    ("command", "code", "problems"),
+    [
+        ("config configs/lab1.yaml bad:=1 --json", "launch-error", ["unknown-argument"]),
+        ("plugins info nosuch --json", "unknown-plugin", None),
+        ("bag info nosuch.mcap --json", "bag-error", None),
+    ],
+)
+def test_json_of_a_failed_command_has_the_code(command, code, problems, capsys):
+    assert main(command.split()) == ExitCode.USAGE
+    out, err = capsys.readouterr()
+    error = json.loads(out)["error"]
+    assert error["code"] == code
+    assert [each["code"] for each in error.get("problems", ())] == (problems or [])
+    assert error["message"].splitlines()[0] in err
+
+
+def test_json_of_faults_has_their_codes():
+    error = InvalidParameter([Fault(("a", 1), "a[1] is wrong", "leave it out", "range")]).as_json()
+    assert error["code"] == "invalid-parameter"
+    assert error["faults"] == [{"path": ("a", 1), "message": "a[1] is wrong", "fix": "leave it out", "code": "range"}]
+
+
+def test_subclass_may_state_its_code():
+    class Late(ServiceError): ...
+
+    class Mine(Late):
+        code = "of-mine"
+
+    assert (Late.code, Mine.code, type("Other", (Mine,), {}).code) == ("late", "of-mine", "other")
 
 
 @pytest.mark.parametrize(

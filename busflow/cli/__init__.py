@@ -7,13 +7,14 @@ import gc
 import os
 import sys
 from collections.abc import Sequence
+from itertools import takewhile
 
 import click
 
 import busflow
 from busflow.cli.root import Root
 from busflow.cli.ros_words import instead_of_option
-from busflow.cli.terminal.output import colour, discard_output, print_message
+from busflow.cli.terminal.output import colour, discard_output, print_line, print_message
 from busflow.errors import BusflowError, ExitCode, InvalidDefinition, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
 
@@ -121,8 +122,9 @@ def _answer(arguments: list[str]) -> int:
 
         return complete(root)
     try:
+        options = takewhile(lambda word: word != "--", [*arguments])  # click empties the list
         with root.make_context("busflow", arguments, color=colour()) as context:
-            return _invoke(root, context)
+            return _invoke(root, context, as_json="--json" in options)
     except click.exceptions.Exit as end:
         return end.exit_code
     except click.Abort:
@@ -132,7 +134,7 @@ def _answer(arguments: list[str]) -> int:
         return ExitCode.USAGE
 
 
-def _invoke(root: Root, context: click.Context) -> int:
+def _invoke(root: Root, context: click.Context, *, as_json: bool) -> int:
     try:
         return int(root.invoke(context) or ExitCode.OK)
     except BusflowError as error:
@@ -140,6 +142,8 @@ def _invoke(root: Root, context: click.Context) -> int:
             _print_traceback(error)
         rendered = isinstance(error, InvalidDefinition | InvalidInput | LaunchError | PluginError)
         print_message(str(error) if rendered else f"error: {error}")
+        if as_json:
+            print_line({"error": error.as_json()})
         return error.exit_code
     except (click.ClickException, click.Abort, click.exceptions.Exit, OSError):
         raise

@@ -39,7 +39,7 @@ def test_what_comes_in_time_is_found(capsys: Captured):
         "topic echo imu/dta --wait 1s",
         "topic hz --wait 1s imu/data imu/dta",
         "topic bw imu/dta --wait=1s",
-        "topic delay imu/dta --wait 1 --json",
+        "topic delay imu/dta --wait 1",
         "topic hz imu/dta",
     ],
 )
