@@ -4,13 +4,11 @@ import asyncio
 import builtins
 import copy
 import itertools
-import json
 import math
 import operator
 import pickle
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,10 +18,8 @@ from hypothesis import strategies as st
 from busflow.clock import INFINITE, SIM_EPOCH_NS, ClockType, Duration, SimClock, SystemClock, Time
 from busflow.errors import NotRunning
 from busflow.testing import virtual_time
+from tests.vectors import each_case
 
-FILE = Path(__file__).parent / "cases" / "e_time_duration_clock.json"
-CASES = json.loads(FILE.read_text(encoding="utf-8"))["cases"]
-SKIPPED = json.loads((FILE.parent / "skipped.json").read_text(encoding="utf-8"))["e_time_duration_clock"]
 OPERATORS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "==": operator.eq, "!=": operator.ne}
 OPERATORS |= {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 NUMBERS = {
@@ -33,19 +29,6 @@ NUMBERS = {
     "-2**63/1e9": -(2**63) / 1e9,
     "-2**63/1e9 - 1": -(2**63) / 1e9 - 1,
 }
-
-
-def skipped(case):
-    return SKIPPED.get(case["id"])
-
-
-def cases(*kinds):
-    return [
-        pytest.param(case, id=case["id"], marks=pytest.mark.skip(reason=reason) if reason else ())
-        for case in CASES
-        if case["kind"] in kinds
-        for reason in [skipped(case)]
-    ]
 
 
 def value(text):
@@ -82,19 +65,19 @@ def check(expect, act):
             assert result.clock_type is ClockType[expect["clock"]]
 
 
-@pytest.mark.parametrize("case", cases("Time", "Duration"))
+@each_case("e_time_duration_clock", "Time/", "Duration/")
 def test_times_and_durations_are_made_as_in_rclpy(case):
     make = {"Time": Time, "Duration": Duration}[case["kind"]]
     check(case["expect"], lambda: make(**{key: value(text) for key, text in case["input"].items()}))
 
 
-@pytest.mark.parametrize("case", cases("op", "cmp"))
+@each_case("e_time_duration_clock", "op/", "cmp/")
 def test_arithmetic_and_comparison_agree_with_rclpy(case):
     left, right = operand(case["input"]["l"]), operand(case["input"]["r"])
     check(case["expect"], lambda: OPERATORS[case["input"]["op"]](left, right))
 
 
-@pytest.mark.parametrize("case", cases("msg_roundtrip"))
+@each_case("e_time_duration_clock", "msg_roundtrip/")
 def test_a_message_keeps_every_nanosecond(case):
     before = operand(case["input"])
     after = type(before).from_msg(before.to_msg())
@@ -105,17 +88,17 @@ def test_a_message_keeps_every_nanosecond(case):
         assert Time.from_msg(before.to_msg(), ClockType.SYSTEM_TIME).clock_type is ClockType.SYSTEM_TIME
 
 
-@pytest.mark.parametrize("case", cases("seconds_nanoseconds"))
+@each_case("e_time_duration_clock", "seconds_nanoseconds/")
 def test_seconds_and_nanoseconds_add_up(case):
     assert list(Time(**case["input"]).seconds_nanoseconds()) == case["expect"]
 
 
-@pytest.mark.parametrize("case", cases("Clock"))
+@each_case("e_time_duration_clock", "Clock/")
 def test_a_clock_type_is_not_a_word(case):
     check(case["expect"], lambda: Time(clock_type=value(case["input"]["clock_type"])))
 
 
-@pytest.mark.parametrize("case", cases("Clock.now"))
+@each_case("e_time_duration_clock", "Clock.now/")
 def test_the_system_clock_goes_forward(case):
     clock = SystemClock()
     seen = [clock.monotonic_ns() for _ in range(case["expect"]["strictly_increasing"])]
@@ -216,7 +199,7 @@ def test_sleeping_for_nan_is_refused():
         asyncio.run(SystemClock().sleep(math.nan))
 
 
-@pytest.mark.parametrize("case", cases("sleep_for", "sleep_until"))
+@each_case("e_time_duration_clock", "sleep_for/", "sleep_until/")
 def test_sleep_lasts_as_long_as_asked(case):
     """On virtual time: exactly as long as asked, where ROS promises at least as long."""
     given, expect = case["input"], case["expect"]
@@ -236,11 +219,6 @@ def test_sleep_lasts_as_long_as_asked(case):
     slept = sleep()
     assert slept == max(0, expect.get("elapsed_at_least_s", 0))
     assert slept < expect.get("elapsed_below_s", math.inf)
-
-
-def test_each_case_runs_or_has_a_reason():
-    run = {"Time", "Duration", "op", "cmp", "msg_roundtrip", "seconds_nanoseconds", "Clock", "Clock.now"}
-    assert {case["kind"] for case in CASES if not skipped(case)} <= run | {"sleep_for", "sleep_until"}
 
 
 def test_a_simulated_clock_says_what_it_needs():

@@ -1,4 +1,4 @@
-"""Faults of one node that others must not notice; `tests/test_cases.py` says which tests show the other faults."""
+"""Faults of one node that others must not notice."""
 
 import asyncio
 

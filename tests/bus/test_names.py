@@ -1,8 +1,6 @@
 """Tests of `names.py`: ROS 2's own cases, and the laws of expansion and remapping."""
 
-import json
 import string
-from pathlib import Path
 
 import pytest
 from hypothesis import example, given
@@ -11,29 +9,14 @@ from hypothesis import strategies as st
 from busflow.bus import names
 from busflow.bus.names import RemapRule, Target
 from busflow.errors import InvalidName
+from tests.vectors import each_case
 
-CASES = json.loads((Path(__file__).parents[1] / "cases" / "b_names.json").read_text(encoding="utf-8"))["cases"]
 FAULTS = {
     "topic_name": names.topic_name_fault,
     "full_topic_name": names.full_topic_name_fault,
     "namespace": names.namespace_fault,
     "node_name": names.node_name_fault,
 }
-# Kinds, case ids, or their part before the slash, that do not apply, each with its reason.
-SKIPPED = json.loads((Path(__file__).parents[1] / "cases" / "skipped.json").read_text(encoding="utf-8"))["b_names"]
-
-
-def skipped(case):
-    return SKIPPED.get(case["id"])
-
-
-def cases(*kinds):
-    return [
-        pytest.param(case, id=case["id"], marks=pytest.mark.skip(reason=reason) if reason else ())
-        for case in CASES
-        if case["kind"] in kinds or "*" in kinds
-        for reason in [skipped(case)]
-    ]
 
 
 def rules(case):
@@ -42,13 +25,7 @@ def rules(case):
     return [RemapRule.parse(text) for text in texts]
 
 
-def test_each_case_runs_or_has_a_reason():
-    others = {"is_hidden", "expand", "remap", "resolve", "fully_qualified_name"}
-    run = {*FAULTS, *others, "remap_rule_syntax"}
-    assert [case["id"] for case in CASES if case["kind"] not in run and not skipped(case)] == []
-
-
-@pytest.mark.parametrize("case", cases(*FAULTS))
+@each_case("b_names", "topic_name/", "full_topic_name/", "namespace/", "node_name/")
 def test_name_fault_has_kind_and_index(case):
     fault = FAULTS[case["kind"]](case["input"])
     assert (fault is None) == case["valid"]
@@ -64,7 +41,7 @@ def test_relative_name_starts_with_no_digit():
     assert (fault.kind, fault.index) == ("token_starts_with_number", 0)
 
 
-@pytest.mark.parametrize("case", cases("is_hidden"))
+@each_case("b_names", "hidden/")
 def test_part_with_leading_underscore_hides_a_name(case):
     assert names.is_hidden(case["input"]) == case["expect"]
 
@@ -77,7 +54,7 @@ EXPAND_ERRORS = {
 }
 
 
-@pytest.mark.parametrize("case", cases("expand"))
+@each_case("b_names", "expand/")
 def test_names_expand_as_in_ros(case):
     def expand():
         return names.expand(
@@ -94,7 +71,7 @@ def test_names_expand_as_in_ros(case):
         assert expand() == case["expect"]
 
 
-@pytest.mark.parametrize("case", cases("remap"))
+@each_case("b_names", "remap/")
 def test_the_first_rule_that_matches_renames(case):
     context = {"node": case["node"], "namespace": case["namespace"] or "/"}
     rule = names.remap(Target(case["what"]), rules(case), name=case["name"] or "", **context)
@@ -104,14 +81,14 @@ def test_the_first_rule_that_matches_renames(case):
     assert new == case["expect"]
 
 
-@pytest.mark.parametrize("case", cases("resolve"))
+@each_case("b_names", "resolve/")
 def test_resolving_expands_then_remaps_once(case):
     remaps = [] if case["only_expand"] else rules(case)
     resolved = names.resolve(case["name"], node=case.get("node") or "node", namespace=case["namespace"], remaps=remaps)
     assert resolved.name == case["expect"]
 
 
-@pytest.mark.parametrize("case", cases("fully_qualified_name"))
+@each_case("b_names", "fqn/")
 def test_a_node_has_one_full_name(case):
     applied = rules(case if case["use_global"] else {**case, "global_rules": []})
     node, namespace = case["node"], case["namespace"] or ""
@@ -122,7 +99,7 @@ def test_a_node_has_one_full_name(case):
     assert names.fully_qualified(node, namespace) == case["expect"]
 
 
-@pytest.mark.parametrize("case", cases("remap_rule_syntax"))
+@each_case("b_names", "remap_rule/")
 def test_remap_rule_is_read_or_refused(case):
     if case["valid"]:
         assert RemapRule.parse(case["input"])

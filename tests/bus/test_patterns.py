@@ -1,27 +1,18 @@
 """Tests of `patterns.py`: the topics a selection includes, compared with ROS 2's recorder."""
 
-import json
-from pathlib import Path
-
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from busflow.bus.patterns import Selection, check_pattern
 from busflow.errors import InvalidName
+from tests.vectors import each_case
 
-CASES = json.loads((Path(__file__).parents[1] / "cases/l_replay_record.json").read_text(encoding="utf-8"))["cases"]
-FILTERS = [case for case in CASES if case["id"].startswith("filter/")]
-SKIPPED = json.loads((Path(__file__).parents[1] / "cases" / "skipped.json").read_text(encoding="utf-8"))[
-    "l_replay_record"
-]
 NAME = st.from_regex(r"/[a-z_]{1,3}(/[a-z]{1,3}){0,2}", fullmatch=True)
 
 
-@pytest.mark.parametrize("case", FILTERS, ids=lambda case: case["id"])
+@each_case("l_replay_record", "filter/")
 def test_what_ros2_s_recorder_selects(case):
-    if case["id"] in SKIPPED:
-        pytest.skip(SKIPPED[case["id"]])
     options = case["options"]
     excluded = [options["exclude_regex"]] if "exclude_regex" in options else []
     selection = Selection(options.get("topics", []), options.get("exclude_topics", []), exclude_regexes=excluded)

@@ -1,9 +1,7 @@
 """Tests of `qos.py`: ROS 2's profiles and words, and the merge of layers."""
 
 import itertools
-import json
 import math
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -23,17 +21,11 @@ from busflow.bus.qos import (
     qos_faults,
 )
 from busflow.errors import InvalidDeclaration
+from tests.vectors import each_case
 
-FOLDER = Path(__file__).parents[1] / "cases"
-PROFILES = json.loads((FOLDER / "a_qos_profiles.json").read_text(encoding="utf-8"))["cases"]
 POLICIES = {
     "history": History, "reliability": Reliability, "durability": Durability, "liveliness": Liveliness,
 }  # fmt: skip
-SKIPPED = json.loads((FOLDER / "skipped.json").read_text(encoding="utf-8"))["a_qos_profiles"]
-
-
-def skipped(case):
-    return SKIPPED.get(case["id"])
 
 
 def profile(fields):
@@ -45,22 +37,13 @@ def profile(fields):
     return QoS.model_validate(known)
 
 
-def cases(*kinds):
-    return [
-        pytest.param(case, id=case["id"], marks=pytest.mark.skip(reason=reason) if reason else ())
-        for case in PROFILES
-        if case["kind"] in kinds
-        for reason in [skipped(case)]
-    ]
-
-
-@pytest.mark.parametrize("case", cases("preset"))
+@each_case("a_qos_profiles", "preset/")
 def test_presets_are_those_of_ros_2(case):
     preset = PRESETS[case["name"]]
     assert {name: getattr(preset, name) for name in case["expect"]} == case["expect"]
 
 
-@pytest.mark.parametrize("case", cases("construct"))
+@each_case("a_qos_profiles", "construct/")
 def test_profile_holds_what_it_is_given(case):
     fields = case["input"]
     if "equal" in case["expect"]:
@@ -73,7 +56,7 @@ def test_profile_holds_what_it_is_given(case):
     assert QoS.model_validate_json(made.model_dump_json()) == made
 
 
-@pytest.mark.parametrize("case", cases("policy_from_short_key", "string_roundtrip", "from_string", "to_string"))
+@each_case("a_qos_profiles", "shortkey/", "string/")
 def test_policies_have_the_words_of_ros(case):
     policy = POLICIES[case["policy"]]
     found = {
@@ -83,11 +66,6 @@ def test_policies_have_the_words_of_ros(case):
         "to_string": lambda: policy(case["input"]).word,
     }[case["kind"]]
     assert found() == case["expect"]
-
-
-def test_each_case_runs_or_has_a_reason():
-    run = {"preset", "construct", "policy_from_short_key", "string_roundtrip", "from_string", "to_string"}
-    assert {case["kind"] for case in PROFILES if not skipped(case)} <= run
 
 
 @pytest.mark.parametrize("depth", [0, -1, True, "5", 2.0, None])

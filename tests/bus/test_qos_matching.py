@@ -1,8 +1,6 @@
 """Tests of `qos_matching.py`: endpoints that fit, and the fix for those that do not."""
 
 import itertools
-import json
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,9 +8,9 @@ from hypothesis import strategies as st
 
 from busflow.bus.qos import PRESETS, Durability, Liveliness, QoS, Reliability
 from busflow.bus.qos_matching import Verdict, compatibility
+from tests.vectors import each_case, suite
 
-FOLDER = Path(__file__).parents[1] / "cases"
-COMPAT = json.loads((FOLDER / "a_qos_compat.json").read_text(encoding="utf-8"))
+COMPAT = suite("a_qos_compat")
 
 
 def profile(fields):
@@ -31,7 +29,7 @@ def check_pair(pub, sub, expect, policies):
     assert bool(found.fix) == (found.verdict is not Verdict.OK)
 
 
-@pytest.mark.parametrize("case", COMPAT["cases"], ids=lambda case: case["id"])
+@each_case("a_qos_compat")
 def test_a_pair_fits_as_in_ros_2(case):
     check_pair(case["pub"], case["sub"], case["expect"], case["policies"])
 

@@ -1,9 +1,7 @@
 """Tests of `timer.py`: an exact grid that never drifts, and a count of every missed tick."""
 
 import asyncio
-import json
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
 from hypothesis import example, given
@@ -15,13 +13,7 @@ from busflow.clock import Clock, Duration, Time
 from busflow.errors import InvalidDeclaration
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
-
-CASES = json.loads((Path(__file__).parents[1] / "cases" / "d_timer_simtime.json").read_text(encoding="utf-8"))["cases"]
-SKIPPED = json.loads((Path(__file__).parents[1] / "cases" / "skipped.json").read_text(encoding="utf-8"))[
-    "d_timer_simtime"
-]
-ELSEWHERE = ("jump/", "source/", "rcl/sim_wakes_wait")  # tests/runner/test_following.py
-PARTS = {"rcl/reset": "below: calling before the reset moves nothing", "rcl/overrun": "below, on a clock set by hand"}
+from tests.vectors import each_case
 
 
 class HandClock(Clock):
@@ -78,17 +70,7 @@ def milliseconds(counter):
     return [round(time / 1_000_000) for time in counter.times]
 
 
-def cases(*beginnings):
-    return [pytest.param(case, id=case["id"]) for case in CASES if case["id"].startswith(beginnings)]
-
-
-def test_each_case_runs_or_has_a_reason():
-    run = ("zero_callback", "number_callbacks", "cancel_reset", "rcl/init_invalid", "rcl/realign", "rcl/canceled")
-    known = (*run, "rcl/get_period", *SKIPPED, *PARTS, *ELSEWHERE)
-    assert [case["id"] for case in CASES if not case["id"].startswith(known)] == []
-
-
-@pytest.mark.parametrize("case", cases("zero_callback", "number_callbacks", "cancel_reset"))
+@each_case("d_timer_simtime", "zero_callback/", "number_callbacks/", "cancel_reset/")
 @virtual_time
 async def test_how_often_a_timer_calls(make_bench, case):
     counter, since = Counter(), 0
@@ -113,11 +95,9 @@ async def test_how_often_a_timer_calls(make_bench, case):
                 assert step == "expect_canceled"
 
 
-@pytest.mark.parametrize("case", cases("rcl/realign"))
+@each_case("d_timer_simtime", "rcl/realign")
 @virtual_time
 async def test_next_tick_after_a_late_one(case):
-    if case["id"] in SKIPPED:
-        pytest.skip(SKIPPED[case["id"]])
     now, due, period = (case["input"][f"{name}_ns"] for name in ("now", "next_call", "period"))
     clock = HandClock(due - period)
     ticking = Ticking(Bus(clock), Fraction(period, 10**9), lambda: None)
@@ -128,7 +108,7 @@ async def test_next_tick_after_a_late_one(case):
     assert (ticking.timer.fired, ticking.timer.missed) == (1, max(0, now - due) // period)
 
 
-@pytest.mark.parametrize("case", cases("rcl/canceled_not_ready"))
+@each_case("d_timer_simtime", "rcl/canceled_not_ready")
 @virtual_time
 async def test_cancelled_timer_does_not_tick(make_bench, case):
     counter = Counter()
@@ -138,7 +118,7 @@ async def test_cancelled_timer_does_not_tick(make_bench, case):
     assert counter.times == []
 
 
-@pytest.mark.parametrize("case", cases("rcl/get_period"))
+@each_case("d_timer_simtime", "rcl/get_period")
 def test_a_timer_says_its_period(case):
     timer = Timer(Fraction(case["steps"][0][1]["period_ns"], 10**9), lambda: None, name="tick", node="/node")
     assert timer.period_s * 1e9 == case["steps"][1][1]
@@ -147,6 +127,7 @@ def test_a_timer_says_its_period(case):
 
 @pytest.mark.parametrize("period_s", [-1e-9, -1, float("nan"), float("inf"), True, None, "soon", 1e-10])
 def test_invalid_period_is_refused_with_its_value(period_s):
+    """Case rcl/init_invalid."""
     with pytest.raises(InvalidDeclaration) as caught:
         Timer(period_s, lambda: None, name="tick", node="/node")
     assert "timer tick" in str(caught.value)
@@ -257,6 +238,7 @@ async def test_calling_a_timer_keeps_its_grid(make_bench):
 
 @virtual_time
 async def test_ticks_missed_by_the_loop_are_skipped():
+    """Case rcl/overrun."""
     clock, called = HandClock(), []
     timer = Ticking(Bus(clock), Fraction(200, 1000), lambda: called.append(clock.now_ns)).timer
     clock.pass_until(500_000_000)
@@ -308,6 +290,7 @@ async def test_burst_calls_ticks_missed_during_a_handler(make_bench):
 @pytest.mark.parametrize("ending", ["cancel", "close", "reset"])
 @virtual_time
 async def test_reset_discards_owed_ticks(make_bench, ending):
+    """Case rcl/reset; calling before the reset moves nothing."""
     counter = Counter()
 
     async def handle():

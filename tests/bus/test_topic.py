@@ -1,9 +1,7 @@
 """Tests of `topic.py`: late joiners, deadlines, taps and successors."""
 
 import asyncio
-import json
 import re
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -13,12 +11,7 @@ from busflow.bus.publisher import Publisher
 from busflow.errors import NotRunning
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
-
-CASES = json.loads((Path(__file__).parents[1] / "cases" / "c_history.json").read_text(encoding="utf-8"))["cases"]
-
-
-def cases(*beginnings):
-    return [pytest.param(case, id=case["id"]) for case in CASES if case["id"].startswith(beginnings)]
+from tests.vectors import each_case
 
 
 def number(value):
@@ -44,7 +37,7 @@ def numbers(text):
     return range(int(first), int(last or first) + 1)
 
 
-@pytest.mark.parametrize("case", cases("ring/new", "ring/overwrite"))
+@each_case("c_history", "ring/new", "ring/overwrite")
 @virtual_time
 async def test_full_queue_keeps_the_newest(make_bench, case):
     bench = make_bench()
@@ -61,7 +54,7 @@ async def test_full_queue_keeps_the_newest(make_bench, case):
     assert len(subscription.queue) == 0
 
 
-@pytest.mark.parametrize("case", cases("model/keep_last", "zenoh/ring-3-of-10"))
+@each_case("c_history", "model/keep_last", "zenoh/ring-3-of-10")
 @virtual_time
 async def test_depth_limits_what_is_kept(make_bench, case):
     bench = make_bench()
@@ -74,7 +67,7 @@ async def test_depth_limits_what_is_kept(make_bench, case):
     assert subscription.statistics().dropped == case["expect"].get("dropped", len(values) - len(expected))
 
 
-@pytest.mark.parametrize("case", cases("model/transient_local", "model/volatile"))
+@each_case("c_history", "model/transient_local", "model/volatile")
 @virtual_time
 async def test_late_joiner_gets_what_is_kept(make_bench, case):
     bench, given = make_bench(), case["given"]
@@ -87,7 +80,7 @@ async def test_late_joiner_gets_what_is_kept(make_bench, case):
     assert late.queue.dropped == 0
 
 
-@pytest.mark.parametrize("case", cases("zenoh/history-cache-3", "rmw_zenoh/transient_local-cache-is-depth"))
+@each_case("c_history", "zenoh/history-cache-3", "rmw_zenoh/transient_local-cache-is-depth")
 @virtual_time
 async def test_late_joiner_receives_history_then_new_messages(make_bench, case):
     bench, given = make_bench(), case["given"]
@@ -100,7 +93,7 @@ async def test_late_joiner_receives_history_then_new_messages(make_bench, case):
     assert await taken(late) == [int(value) for value in case["expect"]["received"]]
 
 
-@pytest.mark.parametrize("case", cases("lifespan/"))
+@each_case("c_history", "lifespan/")
 @virtual_time
 async def test_expired_messages_are_not_delivered(make_bench, case):
     bench, given, received = make_bench(), case["given"], []
@@ -118,7 +111,7 @@ async def test_expired_messages_are_not_delivered(make_bench, case):
     assert bench.balanced()
 
 
-@pytest.mark.parametrize("case", cases("deadline/"))
+@each_case("c_history", "deadline/")
 @virtual_time
 async def test_missed_deadline_is_an_event_on_both_sides(make_bench, case):
     bench, counts = make_bench(), {}
@@ -260,7 +253,7 @@ async def test_successor_keeps_the_history(make_bench):
     assert bench.balanced()
 
 
-@pytest.mark.parametrize("case", cases("matched-event"))
+@each_case("c_history", "matched-event/")
 @virtual_time
 async def test_publisher_gets_each_match_event(make_bench, case):
     bench, events = make_bench(), []

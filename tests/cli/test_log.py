@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from busflow.cli import main
+from tests.vectors import each_case
 
 Captured = pytest.CaptureFixture[str]
 
@@ -64,9 +65,14 @@ def test_level_of_a_node_is_set(project: Path, start_run: Callable[..., Any], ca
     assert (answer["node"], answer["level"]) == ("/listener", "critical")
     assert main(["log", "--set", "listner", "debug"]) == 4
     assert "there is no node /listner; did you mean '/listener'?" in capsys.readouterr().err
-    assert main(["log", "--set", "listener", "loud"]) == 2
     assert main(["log", "-f", "--set", "listener", "debug"]) == 2
     assert "--set shows no lines" in capsys.readouterr().err
+
+
+@each_case("b_names", "loglevel/")
+@pytest.mark.usefixtures("place")
+def test_word_of_a_level_is_known_or_refused(case: dict[str, Any]):
+    assert main(["log", "--set", "listener", case["input"]]) == (4 if case["valid"] else 2)  # nothing runs
 
 
 @pytest.mark.e2e

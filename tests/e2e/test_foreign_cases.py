@@ -1,4 +1,4 @@
-"""Cases of bad input and of faults that need a process: its environment, its limits, and what it prints."""
+"""Bad input and faults that need a process: its environment, its limits, and what it prints."""
 
 import os
 import resource
@@ -35,7 +35,6 @@ ZENOH = '{mode: "peer", listen: {endpoints: ["tcp/0.0.0.0:0"]}, scouting: {multi
 
 @pytest.mark.skipif(not Path("/proc/self/net/tcp").exists(), reason="needs Linux's /proc")
 def test_environment_and_limits_change_no_run(tmp_path: Path):
-    """Cases net/zenoh-config, proc/fd-limit, sec/env-log, term/format, term/rich-markup and term/log-injection."""
     (tmp_path / "plugins").mkdir()
     (tmp_path / "plugins/talker.py").write_text(TALKER)
     (tmp_path / "talk.yaml").write_text("plugins: [plugins]\nnodes: {talker: {plugin: talker}}\n")
@@ -87,7 +86,6 @@ class Watcher(Node):
 
 @pytest.mark.long
 def test_message_too_large_to_send_is_named(tmp_path: Path):
-    """Case msg/oversize."""
     (tmp_path / "plugins").mkdir()
     (tmp_path / "plugins/big.py").write_text(BIG)
     (tmp_path / "big.yaml").write_text("plugins: [plugins]\nshutdown: {grace: 20s}\nprocesses: {other: {}}\nnodes:\n")

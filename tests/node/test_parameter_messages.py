@@ -13,15 +13,11 @@ from busflow import Parameters
 from busflow.msgs.rcl_interfaces import ParameterType, ParameterValue
 from busflow.node.parameter_messages import descriptor_message, plain_value, type_of, value_message
 from busflow.node.parameters import ReadOnly, describe
-
-CASES = json.loads((Path(__file__).parents[1] / "cases" / "f_parameters.json").read_text(encoding="utf-8"))["cases"]
-SKIPPED = json.loads((Path(__file__).parents[1] / "cases" / "skipped.json").read_text(encoding="utf-8"))["f_parameters"]
+from tests.vectors import each_case
 
 
-@pytest.mark.parametrize("case", [each for each in CASES if each["kind"] == "infer_type"], ids=lambda case: case["id"])
+@each_case("f_parameters", "infer_type/")
 def test_a_value_has_the_type_of_rclpy(case):
-    if case["id"] in SKIPPED:
-        pytest.skip(SKIPPED[case["id"]])
     assert type_of(case["input"]) == getattr(ParameterType, f"PARAMETER_{case['expect']}")
 
 

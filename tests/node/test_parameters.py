@@ -1,6 +1,5 @@
 """Parameters: strict about types, ranges and names, and every fault told in one go."""
 
-import json
 import math
 from enum import Enum, IntEnum
 from pathlib import Path
@@ -15,6 +14,7 @@ from pydantic.version import version_short
 
 from busflow.errors import Fault, InvalidDeclaration, InvalidParameter
 from busflow.node.parameters import Parameters, ReadOnly, describe, grouped, validate, value_of
+from tests.vectors import each_case
 
 
 class Mode(Enum):
@@ -275,18 +275,8 @@ def test_a_scalar_is_never_converted_into_another_type(value: object):
             assert fault({name: value}).path == (name,)
 
 
-RANGE_CASES = [
-    case
-    for case in json.loads((Path(__file__).parents[1] / "cases" / "f_parameters.json").read_text())["cases"]
-    if case["kind"] == "range"
-]
-SKIPPED = json.loads((Path(__file__).parents[1] / "cases" / "skipped.json").read_text(encoding="utf-8"))["f_parameters"]
-
-
-@pytest.mark.parametrize("case", RANGE_CASES, ids=lambda case: case["id"])
+@each_case("f_parameters", "range/")
 def test_ranges_agree_with_rclpy(case: dict[str, dict[str, object]]):
-    if str(case["id"]) in SKIPPED:
-        pytest.skip(SKIPPED[str(case["id"])])
     given, kind = case["input"], {"float": float, "int": int}[str(case["input"]["range"])]
     bounds = Field(ge=given["from"], le=given["to"], multiple_of=given["step"] or None)  # type: ignore[arg-type]  # plain data
     model = create_model("Ranged", __base__=Parameters, value=(kind, bounds))

@@ -1,8 +1,6 @@
 """Nodes that are started anew: what they keep, when they are given up, who waits for whom, and what an end means."""
 
 import asyncio
-import json
-from pathlib import Path
 from typing import ClassVar
 
 import pytest
@@ -29,11 +27,8 @@ from busflow.errors import InvalidDeclaration, LaunchError
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import Trigger
 from busflow.testing import explore, harness, virtual_time
+from tests.vectors import each_case
 
-CASES = json.loads((Path(__file__).parents[1] / "cases" / "k_supervision.json").read_text(encoding="utf-8"))["cases"]
-SKIPPED = json.loads((Path(__file__).parents[1] / "cases" / "skipped.json").read_text(encoding="utf-8"))[
-    "k_supervision"
-]
 POLICY = {"permanent": "always", "transient": "on-failure", "temporary": "never", "no": "never"}
 
 
@@ -53,31 +48,16 @@ def balanced(graph):
     return all(line.published == line.delivered + line.dropped + line.queued for line in graph.bus.ledger())
 
 
-def ended(case):
-    """Whether a case is about one end of one node, and then which policy and which end."""
-    given = case["given"]
-    policy = POLICY.get(given.get("restart", given.get("Restart")), given.get("Restart"))
-    ends = {
-        "child exits: normal": "returns",
-        "clean exit 0": "returns",
-        "child exits: shutdown": "returns",
-        "child exits: (shutdown, info)": "returns",
-        "child exits: abnormal": "raises",
-        "timeout": "is late",
-    }
-    end = ends.get(case["steps"][0]) if len(case["steps"]) == 1 else None
-    if case["id"] in SKIPPED or policy not in POLICY.values() or end is None:
-        return None
-    return policy, end
+ENDS = {"child exits: abnormal": "raises", "timeout": "is late"}
+"""Ends of a child that are no return; a node does not know OTP's shutdown, and returns."""
 
 
-# What has the ends of OTP, shutdown among them, that a node does not know, has returned of its own will.
-ENDS = [pytest.param(*ended(case), case["expect"]["restarted"], id=case["id"]) for case in CASES if ended(case)]
-
-
-@pytest.mark.parametrize(("policy", "end", "restarted"), ENDS)
+@each_case("k_supervision", "otp/", "systemd/")
 @virtual_time
-async def test_the_table_of_policies_and_ends(policy, end, restarted, monkeypatch):
+async def test_the_table_of_policies_and_ends(case, monkeypatch):
+    given, restarted = case["given"], case["expect"]["restarted"]
+    policy = POLICY.get(stated := given.get("restart") or given["Restart"], stated)
+    end = ENDS.get(case["steps"][0])
     monkeypatch.setattr("busflow.runner.supervisor.START_TIMEOUT_S", 0.02)
     lives = []
 

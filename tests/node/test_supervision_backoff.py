@@ -1,19 +1,15 @@
 """When a node is started anew: the pauses, the limit, and the cases of Erlang's supervisors, systemd and Kubernetes."""
 
-import json
 import re
-from pathlib import Path
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.node.supervision import Backoff, RestartPolicy
+from tests.vectors import cases, each_case
 
-CASES = json.loads((Path(__file__).parents[1] / "cases" / "k_supervision.json").read_text(encoding="utf-8"))["cases"]
 
-
-@pytest.mark.parametrize("case", [pytest.param(c, id=c["id"]) for c in CASES if c["id"].startswith("intensity/")])
+@each_case("k_supervision", "intensity/")
 def test_crashes_beyond_the_limit_end_restarts(case):
     given_ = case["given"]
     policy = RestartPolicy(most=given_["max_restarts"], window_s=given_["period_s"])
@@ -25,7 +21,7 @@ def test_crashes_beyond_the_limit_end_restarts(case):
 
 
 def test_pauses_are_those_of_kubernetes():
-    [case] = [case for case in CASES if case["id"] == "kubernetes/backoff"]
+    (case,) = cases("k_supervision", "kubernetes/")
     backoff = Backoff(RestartPolicy(most=100, first_s=10, longest_s=300, window_s=600))
     now_s, pauses = 0.0, []
     for _ in case["expect"]["delays_s"]:

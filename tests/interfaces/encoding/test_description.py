@@ -3,7 +3,6 @@
 import contextlib
 import copy
 import json
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -34,10 +33,10 @@ from busflow.msgs.geometry_msgs import PoseStamped
 from busflow.msgs.rcl_interfaces import GetParameters
 from busflow.msgs.service_msgs import ServiceEventInfo
 from busflow.msgs.std_msgs import Empty
+from tests.vectors import each_case, suite
 
-FOLDER = Path(__file__).parents[2] / "cases"
-HASHES = json.loads((FOLDER / "g_rihs01.json").read_text("utf-8"))
-SERVICES = {case["id"]: case for case in json.loads((FOLDER / "ros2_services.json").read_text("utf-8"))["cases"]}
+FORMS = suite("g_rihs01")["string_form_cases"]
+SERVICES = {case["id"]: case for case in suite("ros2_services")["cases"]}
 ROS = get_typestore(Stores.LATEST)
 
 
@@ -72,17 +71,17 @@ def types_of_a_file(service):
     return types | {each["type_name"]: each for each in service_types(service)}
 
 
-@pytest.mark.parametrize("case", HASHES["cases"], ids=lambda case: case["id"])
+@each_case("g_rihs01")
 def test_a_type_has_the_hash_of_ros(case):
     assert rihs01(of_ros(case["type"])) == case["rihs01"]
 
 
-@pytest.mark.parametrize("text", HASHES["string_form_cases"]["valid"])
+@pytest.mark.parametrize("text", FORMS["valid"])
 def test_a_hash_is_recognised(text):
     assert is_rihs01(text)
 
 
-@pytest.mark.parametrize("text", [*HASHES["string_form_cases"]["invalid"], "", "RIHS01_" + "A" * 64])
+@pytest.mark.parametrize("text", [*FORMS["invalid"], "", "RIHS01_" + "A" * 64])
 def test_what_is_no_hash_is_not(text):
     assert not is_rihs01(text)
 

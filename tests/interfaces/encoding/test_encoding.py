@@ -13,7 +13,6 @@ import tracemalloc
 import types
 from collections.abc import Sequence
 from importlib import import_module
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -63,8 +62,8 @@ from busflow.msgs.geometry_msgs import Point, Point32, Polygon, Vector3
 from busflow.msgs.sensor_msgs import Image, Imu, PointCloud2
 from busflow.msgs.std_msgs import Bool, Empty, Float64MultiArray, Header, Int32, String, UInt8MultiArray
 from tests.interfaces.any_message import by_group, messages
+from tests.vectors import each_case
 
-FOLDER = Path(__file__).parents[2] / "cases"
 ROS = get_typestore(Stores.LATEST)
 ROSBAGS = get_typestore(Stores.EMPTY)
 """Types as busflow describes them, in the codec of rosbags, which compiles one that several contain once."""
@@ -77,10 +76,6 @@ TYPES = [
 PARTS = [part for each in TYPES if issubclass(each, ServiceType) for part in (each.Request, each.Response)]
 PARTS += [part for each in TYPES if issubclass(each, ActionType) for part in (each.Goal, each.Result, each.Feedback)]
 ALL = {type_name(cls): cls for cls in [each for each in TYPES if issubclass(each, Message)] + PARTS}
-
-
-def cases(name):
-    return json.loads((FOLDER / f"{name}.json").read_text("utf-8"))["cases"]
 
 
 class GoalId(Message, package="unique_identifier_msgs"):
@@ -156,7 +151,7 @@ def fields_in(case):
 # What ROS 2 writes
 
 
-@pytest.mark.parametrize("case", cases("g_cdr_vectors"), ids=lambda case: case["id"])
+@each_case("g_cdr_vectors")
 def test_a_message_is_encoded_as_by_two_others(case):
     coded = codec(class_of(case["type"]))
     little, big = bytes.fromhex(case["cdr_le"]), bytes.fromhex(case["cdr_be"])
@@ -166,7 +161,7 @@ def test_a_message_is_encoded_as_by_two_others(case):
     assert TypeSupport(coded._cls).type_hash == case["rihs01"]
 
 
-@pytest.mark.parametrize("case", cases("g_cdr_recorded"), ids=lambda case: case["id"])
+@each_case("g_cdr_recorded")
 def test_what_real_nodes_wrote_is_read(case):
     coded = codec(find_type(case["type"]))
     message = coded.decode(bytes.fromhex(case["cdr"]))
@@ -184,7 +179,7 @@ STATED = {
 """What is read where the cases leave it to us; the other ones are refused."""
 
 
-@pytest.mark.parametrize("case", cases("g_cdr_malformed"), ids=lambda case: case["id"])
+@each_case("g_cdr_malformed")
 def test_hostile_bytes_are_read_or_refused_without_memory(case):
     coded, data = codec(find_type(case["type"])), bytes.fromhex(case["cdr"])
     read = decoder_from_description(describe(find_type(case["type"])))

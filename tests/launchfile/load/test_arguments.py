@@ -1,13 +1,13 @@
 """Arguments: typed, ranged, given by a command line, a caller or a default."""
 
-import json
-from pathlib import Path
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 import pytest
 
 from busflow.launchfile.load.load import examine, read_arguments
+from tests.vectors import cases
 
 FILE = """
 args:
@@ -120,18 +120,11 @@ def test_a_default_may_come_from_the_environment(folder):
         assert argument.value.data == expected
 
 
-CASES = [
-    case
-    for case in json.loads((Path(__file__).parents[2] / "cases" / "i_launch.json").read_text())["cases"]
-    if case["kind"] == "coerce" and "to" in case["input"]
-]
-SKIPPED = json.loads((Path(__file__).parents[2] / "cases" / "skipped.json").read_text(encoding="utf-8"))["i_launch"]
+TYPED = [case for case in cases("i_launch", "coerce/") if "to" in case["input"]]
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+@pytest.mark.parametrize("case", TYPED, ids=itemgetter("id"))
 def test_arguments_are_coerced_as_in_ros_2_launch(folder, case: dict[str, Any]):
-    if case["id"] in SKIPPED:
-        pytest.skip(SKIPPED[case["id"]])
     kind = case["input"]["to"]
     kind = f"list[{kind[:-2]}]" if kind.endswith("[]") else kind
     folder.write(f"args: {{it: {{type: '{kind}'}}}}\nnodes: {{a: {{plugin: a}}}}\n")

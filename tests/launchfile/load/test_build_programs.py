@@ -1,9 +1,14 @@
 """Programs of a launch file: what it states of them, and mistakes with their places."""
 
+import json
+import re
+
 import pytest
+import yaml
 
 from busflow.launchfile.model.description import GRACE_S
 from busflow.node.supervision import Condition, OnExit, Restart
+from tests.vectors import each_case
 
 
 def test_stated_keys_are_described(folder):
@@ -28,6 +33,31 @@ def test_stated_keys_are_described(folder):
     assert program.supervision.restart.when is Restart.ON_FAILURE
     assert program.supervision.on_exit is OnExit.SHUTDOWN
     assert program.supervision.depends_on == {"/left/viewer": Condition.READY}
+
+
+@each_case("i_launch", "command_line/")
+def test_values_of_expressions_are_not_split(folder, case):
+    """The value of `$(test X)` is X, as here that of an argument X; then its value has a blank."""
+    names = re.findall(r"\$\(test (\w+)\)", case["input"])
+    words = re.sub(r"\$\(test (\w+)\)", r"${args.\1}", case["input"]).split()
+    for more in ("", " b"):
+        arguments = {name: {"type": "str", "default": name + more} for name in names}
+        stated = {"args": arguments, "programs": {"driver": {"command": words}}}
+        (program,) = folder.load(json.dumps(stated)).programs
+        expected = [re.sub(r"\$\{args.(\w+)\}", rf"\g<1>{more}", word) for word in words]
+        assert [*program.command] == expected == (expected if more else case["expect"])
+
+
+@each_case("i_launch", "yaml/executable")
+def test_executable_of_ros_is_a_program(folder, case):
+    (stated,) = [each["executable"] for each in yaml.safe_load(case["yaml"])["launch"]]
+    keys = {"command": stated["cmd"].split(), "cwd": stated["cwd"], "grace": f"{stated['sigterm_timeout']}s"}
+    keys["env"] = {each["name"]: each["value"] for each in stated["env"]}
+    (program,) = folder.load(json.dumps({"programs": {stated["name"]: keys}})).programs
+    assert program.name == f"/{case['expect']['name']}"
+    assert [*program.command] == case["expect"]["cmd"]
+    assert (str(program.cwd), program.env) == (case["expect"]["cwd"], case["expect"]["env"])
+    assert program.grace_s == float(case["expect"]["sigterm_timeout"])
 
 
 def test_unstated_keys_have_defaults(folder):

@@ -2,8 +2,7 @@
 
 import json
 from functools import reduce
-from operator import getitem
-from pathlib import Path
+from operator import getitem, itemgetter
 from typing import Any
 
 import pytest
@@ -14,29 +13,18 @@ from busflow.errors import InvalidParameter, LaunchError
 from busflow.launchfile.load.load import examine
 from busflow.launchfile.yaml.document import parse_value
 from busflow.node.parameters import validate
-
-FOLDER = Path(__file__).parents[2] / "cases"
-NOT_RUN = json.loads((FOLDER / "skipped.json").read_text(encoding="utf-8"))
-
-
-def cases(suite: str, *kinds: str) -> list[Any]:
-    found = json.loads((FOLDER / f"{suite}.json").read_text(encoding="utf-8"))["cases"]
-    return [
-        pytest.param(case, id=case["id"], marks=[pytest.mark.skip(reason=why)] if (why := _why(suite, case)) else [])
-        for case in found
-        if case["kind"] in kinds and not (case["kind"] == "coerce" and "to" in case["input"])
-    ]
-
-
-def _why(suite: str, case: dict[str, Any]) -> str | None:
-    return NOT_RUN[suite].get(case["id"])
+from tests.vectors import cases, each_case
 
 
 def _parameter_of(kind: Any) -> type[Parameters]:
     return create_model("Typed", __base__=Parameters, value=(kind, ...))
 
 
-@pytest.mark.parametrize("case", [*cases("f_parameters", "parse_cli_value"), *cases("i_launch", "coerce")])
+VALUES = cases("f_parameters", "parse_cli_value/")
+VALUES += [case for case in cases("i_launch", "coerce/") if "to" not in case["input"]]
+
+
+@pytest.mark.parametrize("case", VALUES, ids=itemgetter("id"))
 def test_text_is_a_value_of_its_type(case: dict[str, Any]):
     given, expected = case["input"], case["expect"]
     text = given["text"] if isinstance(given, dict) else given
@@ -51,7 +39,7 @@ def test_text_is_a_value_of_its_type(case: dict[str, Any]):
     assert (repr(found), type(found)) == (repr(expected), type(expected))
 
 
-@pytest.mark.parametrize("case", cases("f_parameters", "yaml_sequence"))
+@each_case("f_parameters", "yaml_sequence/")
 def test_sequence_has_the_type_of_its_parameter(case: dict[str, Any]):
     given: Any = parse_value(case["input"], "command line").data
     model = _parameter_of(list[type(given[0])])  # type: ignore[misc]  # as of the first item
@@ -62,7 +50,7 @@ def test_sequence_has_the_type_of_its_parameter(case: dict[str, Any]):
         assert validate(model, {"value": given}).value == case["expect"][1]  # type: ignore[attr-defined]  # of Typed
 
 
-@pytest.mark.parametrize("case", cases("f_parameters", "override_value"))
+@each_case("f_parameters", "override_value/")
 def test_an_override_names_node_and_parameter(folder: Any, case: dict[str, Any]):
     given = {key: value.replace(" ", "_") for key, value in case["input"].items()}  # a name has no space here
     folder.write("nodes: {node_name: {plugin: a}}\n")
@@ -73,7 +61,7 @@ def test_an_override_names_node_and_parameter(folder: Any, case: dict[str, Any])
         assert description.nodes[0].parameters.data == {"param_name": True}
 
 
-@pytest.mark.parametrize("case", cases("f_parameters", "params_file"))
+@each_case("f_parameters", "params_file/")
 def test_parameter_file_is_read_or_refused(folder: Any, case: dict[str, Any]):
     folder.write(case["input"]["yaml"], "p.yaml")
     if not case["expect"]["ok"]:
@@ -89,7 +77,7 @@ def test_parameter_file_is_read_or_refused(folder: Any, case: dict[str, Any]):
             assert [str(each) for each in data] == [str(each) for each in value] if isinstance(value, list) else True
 
 
-@pytest.mark.parametrize("case", cases("f_parameters", "params_select"))
+@each_case("f_parameters", "params_select/")
 def test_sections_of_a_node_are_chosen(folder: Any, case: dict[str, Any]):
     folder.write(case["input"]["yaml"], "p.yaml")
     assert _parameters(folder, f"{case['input']['namespace']}/{case['input']['node']}") == case["expect"]["values"]
@@ -109,7 +97,7 @@ def test_many_nodes_and_parameters_are_read(folder: Any):
     assert node.parameters.data == {f"p{n}": n for n in range(513)}
 
 
-@pytest.mark.parametrize("case", cases("i_launch", "node_parameter_from_substitution"))
+@each_case("i_launch", "node_parameter_from_substitution/")
 def test_parameter_takes_the_type_of_its_argument(folder: Any, case: dict[str, Any]):
     value = case["expect"]
     kind = f"list[{type(value[0]).__name__}]" if isinstance(value, list) else type(value).__name__

@@ -1,12 +1,9 @@
 """Merging parts of several files: repeated settings, and namespaces as ROS 2 composes them."""
 
-import json
-from pathlib import Path
 from typing import Any
 
-import pytest
-
 from busflow.launchfile.load.merge import compose
+from tests.vectors import each_case
 
 TALKER = "nodes:\n  talker:\n    plugin: talker\n"
 
@@ -49,18 +46,8 @@ def test_two_keys_of_one_node_are_a_mistake(folder):
     assert report.startswith("lab1.yaml:3:3: error: two entries are the node left/a; the first is lab1.yaml:2:3")
 
 
-CASES = [
-    case
-    for case in json.loads((Path(__file__).parents[2] / "cases" / "i_launch.json").read_text())["cases"]
-    if case["kind"] in {"ns_push", "ns_make_absolute"}
-]
-SKIPPED = json.loads((Path(__file__).parents[2] / "cases" / "skipped.json").read_text(encoding="utf-8"))["i_launch"]
-
-
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+@each_case("i_launch", "ns_push/", "ns_make_absolute/")
 def test_namespaces_are_composed_as_ros_2_launch_does(case: dict[str, Any]):
-    if case["id"] in SKIPPED:
-        pytest.skip(SKIPPED[case["id"]])
     outer, inner = case["input"] if case["kind"] == "ns_push" else ("", case["input"])
     composed = compose(compose("/", outer), inner)
     # Theirs may stay relative until the node is made; here the root is known from the start.

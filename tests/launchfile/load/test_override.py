@@ -102,6 +102,7 @@ def test_parameter_file_is_laid_over_the_node(folder):
 
 
 def test_missing_parameter_file_is_an_error(folder):
+    """Case file/136."""
     assert "cannot read nope.yaml" in folder.report(FILE, sets=["nodes.talker.parameters_from=nope.yaml"])
 
 

@@ -38,6 +38,7 @@ def own(text: str, node: str) -> Any:
     ],
 )
 def test_sections_are_chosen_as_in_ros(node: str, names: list[str]):
+    """Case semantics/wildcard-special-names, and sections with other wildcards."""
     assert list(own(SELECTORS, node)) == names
 
 

@@ -1,7 +1,6 @@
 """`Resolver`: replaced expressions, and ROS 2's cases of conditions, substitutions and parameters."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,19 +10,7 @@ from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.problems import Problems
 from busflow.launchfile.yaml.value import Origin, StatedBy, Value
-
-CASES: list[dict[str, Any]] = json.loads((Path(__file__).parents[2] / "cases" / "i_launch.json").read_text())["cases"]
-OF_OTHER_MODULES = {"coerce", "ns_push", "ns_make_absolute", "node_parameter_from_substitution"}
-"""Kinds of cases that other test modules test."""
-SKIPPED: dict[str, str] = json.loads(
-    (Path(__file__).parents[2] / "cases" / "skipped.json").read_text(encoding="utf-8")
-)["i_launch"]
-TESTED = [case for case in CASES if case["kind"] not in OF_OTHER_MODULES]
-
-
-def reason(case: dict[str, Any]) -> str | None:
-    """Return why a case does not apply."""
-    return SKIPPED.get(case["id"])
+from tests.vectors import each_case
 
 
 def when(folder, value: str) -> bool:
@@ -32,10 +19,8 @@ def when(folder, value: str) -> bool:
     return "it" in [node.name for node in nodes]
 
 
-@pytest.mark.parametrize("case", TESTED, ids=lambda case: case["id"])
+@each_case("i_launch", "condition/", "not/", "and/", "or/", "any/", "all/", "node_parameters/")
 def test_upstream_launch_cases_agree(folder, case: dict[str, Any]):
-    if (why := reason(case)) is not None:
-        pytest.skip(why)
     given, expected = case["input"], case["expect"]
     if case["kind"] == "node_parameters":
         parameters = given[0] if isinstance(given, list) else given

@@ -1,8 +1,14 @@
 """A graph of one node that the command line states without a launch file."""
 
+from typing import Any
+
 import pytest
 
+from busflow import Parameters
+from busflow.errors import InvalidParameter
 from busflow.launchfile.load.single_node import examine_single_node
+from busflow.node.parameters import validate
+from tests.vectors import each_case
 
 
 def node(*, name="camera", **stated):
@@ -22,6 +28,23 @@ def test_node_has_its_parameters_and_remaps():
     assert [(rule.match, rule.replacement) for rule in found.remap] == [("image", "/left/image")]
     assert found.supervision.restart.when == "always"
     assert (description.name, description.seed, description.files, description.file) == ("camera", 7, (), "")
+
+
+class Stated(Parameters):
+    """The parameters of the cases."""
+
+    foo: str | dict[str, str] = ""
+    fizz123: str = ""
+
+
+@each_case("b_names", "param_rule/")
+def test_parameter_rule_is_read_or_refused(case: dict[str, Any]):
+    description, problems = examine_single_node("camera", "camera", parameters=[case["input"]])
+    if case["valid"]:
+        assert validate(Stated, description.nodes[0].parameters.data)
+    elif not problems:
+        with pytest.raises(InvalidParameter):
+            validate(Stated, description.nodes[0].parameters.data)
 
 
 @pytest.mark.parametrize("name", ["left/camera", "/left/camera"])

@@ -62,7 +62,6 @@ class Ranged(Parameters):
 
 
 def test_infinity_needs_a_float_without_range():
-    """Case yaml/nan-inf."""
     given: Any = parse(b"a: .nan\nb: .inf", "lab1.yaml").data
     assert math.isnan(given["a"])
     assert given["b"] == math.inf

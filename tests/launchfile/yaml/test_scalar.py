@@ -1,8 +1,6 @@
 """Plain scalars: YAML 1.2's core schema, and the differences from ROS 2's parser."""
 
-import json
 import math
-from pathlib import Path
 
 import pytest
 import yaml
@@ -11,6 +9,7 @@ from hypothesis import strategies as st
 
 from busflow.launchfile.yaml.document import parse, parse_value
 from busflow.launchfile.yaml.scalar import plain_scalar
+from tests.vectors import each_case
 
 
 @pytest.mark.parametrize(
@@ -90,18 +89,10 @@ def test_quoted_text_is_read_back_unchanged(text: str):
 
 
 YAML_1_1 = "YAML 1.1: in YAML 1.2 this is text"
-SKIPPED = json.loads((Path(__file__).parents[2] / "cases" / "skipped.json").read_text(encoding="utf-8"))["f_parameters"]
-CASES = [
-    case
-    for case in json.loads((Path(__file__).parents[2] / "cases" / "f_parameters.json").read_text())["cases"]
-    if case["kind"] == "yaml_scalar"
-]
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+@each_case("f_parameters", "yaml_scalar/")
 def test_scalars_agree_with_rcl(case: dict[str, str]):
-    if case["id"] in SKIPPED:
-        pytest.skip(SKIPPED[case["id"]])
     kind, expected = case["expect"]
     found = parse_value(case["input"], "command line").data
     assert type(found).__name__ == kind

@@ -4,9 +4,7 @@ Tests of `bounds.py`, `chunks.py`, `contents.py`, `records.py` and `summary.py`.
 """
 
 import hashlib
-import json
 from dataclasses import fields
-from pathlib import Path
 
 import pytest
 from mcap import records
@@ -14,9 +12,9 @@ from mcap import records
 from busflow.recording.bag.bag import Bag
 from busflow.recording.mcap.chunks import Chunk
 from busflow.recording.mcap.contents import Contents
+from tests.vectors import FOLDER, cases
 
-CASES = Path(__file__).parents[2] / "cases"
-FILES = [case for case in json.loads((CASES / "h_mcap_conformance.json").read_text("utf-8"))["cases"] if "file" in case]
+FILES = [case for case in cases("h_mcap_conformance") if "file" in case]
 LEFT_OUT = (Chunk, records.MessageIndex)
 """The cases do not have these: chunks are opened, and the reader decides whether it needs their indices."""
 
@@ -47,7 +45,7 @@ def expected(case):
 def test_all_files_are_there_and_those_of_upstream():
     assert len(FILES) == 409
     for case in FILES:
-        content = (CASES / case["file"]).read_bytes()
+        content = (FOLDER / case["file"]).read_bytes()
         assert (hashlib.sha256(content).hexdigest(), len(content)) == (case["mcap_sha256"], case["mcap_size"])
 
 
@@ -55,7 +53,7 @@ def test_all_files_are_there_and_those_of_upstream():
 def test_every_record_is_read(base):
     for case in FILES:
         if case["base"] == base:
-            with Contents(CASES / case["file"]) as contents:
+            with Contents(FOLDER / case["file"]) as contents:
                 found = [as_case(each.record) for each in contents if not isinstance(each.record, LEFT_OUT)]
             assert found == expected(case), case["id"]
 
@@ -64,7 +62,7 @@ def test_a_bag_reads_every_conformance_file_whole():
     for case in FILES:
         messages = [dict(each["fields"]) for each in case["records"] if each["type"] == "Message"]
         topics = {dict(each["fields"])["topic"] for each in case["records"] if each["type"] == "Channel"}
-        with Bag(CASES / case["file"]) as bag:
+        with Bag(FOLDER / case["file"]) as bag:
             served = [
                 (str(each.sequence), str(each.log_time_ns), str(each.publish_time_ns), as_upstream(each.payload))
                 for each in bag.entries()

@@ -56,11 +56,13 @@ def test_messages_come_in_their_time(record):
 
 
 def test_a_part_twice_as_fast_after_a_delay(record):
+    """Case play/delay."""
     heard, _ = played(record(NUMBERS), rate=2.0, start_s=0.1, duration_s=0.2, delay_s=3.0)
     assert heard == [(2, 3.0), (3, 3.05), (4, 3.1)]
 
 
 def test_negative_value_is_reported_and_ignored(record):
+    """Case play/delay-negative."""
     heard, lab = played(record(NUMBERS), start_s=-5.0, delay_s=-1.0)
     assert len(heard) == 5
     assert [line.level for line in lab.log] == ["warning", "warning", "info"]

@@ -1,10 +1,7 @@
 """A recording's time, and what is played in it: every case of ROS 2's own player that applies."""
 
 import asyncio
-import json
-import re
 import threading
-from pathlib import Path
 
 import pytest
 
@@ -19,9 +16,6 @@ from busflow.recording.player.player import Player
 from busflow.recording.player.playing import Playing
 from busflow.testing import harness, virtual_time
 
-FILE = Path(__file__).parents[2] / "cases/l_replay_record.json"
-CASES = {case["id"]: case for case in json.loads(FILE.read_text(encoding="utf-8"))["cases"]}
-SKIPPED = json.loads((FILE.parent / "skipped.json").read_text(encoding="utf-8"))["l_replay_record"]
 MS = 1_000_000
 S = 1_000_000_000
 
@@ -73,13 +67,6 @@ def values(got):
 
 def ms(got):
     return [at_ns / MS for _, _, at_ns in got]
-
-
-def test_each_case_runs_or_gives_a_reason():
-    ours = {name for name in CASES if name.startswith(("clock/", "play/"))}  # the others are of recorders
-    ours -= {"play/delay", "play/delay-negative"}  # in test_player.py
-    told = re.split(r"[\s\"]+", Path(__file__).read_text(encoding="utf-8").partition("# The clock.")[2])
-    assert ours - SKIPPED.keys() - set(told) == set()
 
 
 # The clock.

@@ -135,6 +135,7 @@ async def test_failures_write_so_many_snapshots_only(tmp_path):
 
 @virtual_time
 async def test_bytes_limit_what_is_kept(tmp_path):
+    """Case cache/circular-overwrites-old."""
     async with harness(Source, record=record(tmp_path, bytes="8KiB")) as lab:
         await lab.advance(10.05)
         path = lab.graph.snapshot().path
@@ -238,6 +239,7 @@ def test_a_run_reports_its_snapshots(tmp_path, capsys):
     ],
 )
 def test_keys_that_cannot_be_are_errors(tmp_path, capsys, keys, text):
+    """Case writer/snapshot mode with cache 0."""
     file = tmp_path / "a.yaml"
     file.write_text(f"nodes: {{}}\nrecord: {{{keys}}}\n")
     assert main(["check", str(file)]) == ExitCode.DIFFERENT

@@ -1,8 +1,5 @@
 """What a client offers suffices for the subscriptions that are there; those that do not receive are named."""
 
-import json
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,6 +12,7 @@ from busflow.msgs.std_msgs import Float64
 from busflow.wire.client.offer import Offer, misfits
 from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import WireQoS, as_qos, from_text, to_text, written
+from tests.vectors import each_case
 
 SUPPORT = TypeSupport(Float64)
 TYPE = ForeignType(SUPPORT.name, SUPPORT.type_hash, SUPPORT.description)
@@ -27,8 +25,6 @@ PROFILES = st.builds(
     deadline=LIMITS,
     lease=LIMITS,
 )
-
-CASES = json.loads((Path(__file__).parents[2] / "cases/a_qos_best_available.json").read_text(encoding="utf-8"))["cases"]
 
 
 def subscription(qos, number=0, type_=SUPPORT.name, type_hash=SUPPORT.type_hash):
@@ -51,7 +47,7 @@ def test_misfits_are_those_that_are_refused(offered, requested):
     assert misfits(TYPE, to_text(offered), [subscription(requested)]) == expected
 
 
-@pytest.mark.parametrize("case", [each for each in CASES if each["role"] == "publisher"], ids=lambda case: case["id"])
+@each_case("a_qos_best_available")
 def test_offer_is_best_available_as_in_ros(case):
     ends = [subscription(written(WireQoS(**peer)), number) for number, peer in enumerate(case["peers"])]
     offered = from_text(Offer().text(ends))

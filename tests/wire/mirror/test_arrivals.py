@@ -15,6 +15,7 @@ from busflow.msgs.std_msgs import Int64
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 from busflow.wire.zenoh.qos_text import to_text
+from tests.vectors import each_case
 
 pytestmark = pytest.mark.asyncio
 
@@ -113,17 +114,24 @@ async def test_kept_messages_come_once_over_two_links(linked):
         assert (topic.published, topic.losses) == (6, {})
 
 
-async def test_messages_beyond_the_kept_ones_are_lost(linked):
-    async with linked(depth=2) as (looked, elsewhere):
+@each_case("c_history", "zenoh/recovery")
+async def test_messages_of_a_broken_link_come_if_kept(linked, case):
+    before, _, *after = case["steps"]
+    expect = case["expect"]
+    received = [int(each) for each in expect.get("received") or expect["received after"]]
+    async with linked(depth=case["given"]["publisher_cache"]) as (looked, elsewhere):
         here, topic = looked.graph.subscribe(Int64, "map", qos=latched(10)), looked.graph.bus.topics["/map"]
         await elsewhere.comes()
-        await elsewhere.publishes(1, 2)
-        assert await taken(here, 2) == [1, 2]
+        await elsewhere.publishes(*map(int, before[1:]))
+        assert await taken(here, 1) == [1]
         await elsewhere.goes()
-        await elsewhere.publishes(3, 4, 5, 6)
-        await elsewhere.comes()
-        assert await taken(here, 2) == [5, 6]
-        assert (topic.published, topic.losses) == (4, {"lost": 2})
+        for step in after:
+            if step == "link up":
+                await elsewhere.comes()
+            elif isinstance(step, list):
+                await elsewhere.publishes(*map(int, step[1:]))
+        assert await taken(here, len(received)) == received
+        assert topic.losses == ({"lost": expect["miss_count"]} if "miss_count" in expect else {})
 
 
 async def test_subscription_made_without_link_gets_history(linked):

@@ -4,14 +4,12 @@ Tests of `inlet.py`, `arrival_buffer.py`, `outlet.py` and `remote_publishers.py`
 """
 
 import asyncio
-import json
 import struct
 import threading
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,12 +30,12 @@ from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 from busflow.wire.zenoh.qos_text import to_text
 from busflow.wire.zenoh.run_directory import find_run
 from busflow.wire.zenoh.session import open_session
+from tests.vectors import cases
 
 pytestmark = pytest.mark.asyncio
 
 PATIENCE_S = 60.0
 LATCHED = QoS(durability=Durability.TRANSIENT_LOCAL, depth=3)
-MALFORMED = json.loads((Path(__file__).parents[2] / "cases/g_cdr_malformed.json").read_text())["cases"]
 
 
 class Talker(Node):
@@ -776,7 +774,7 @@ async def test_malformed_bytes_are_counted_and_logged_once(looked_at, strangers,
             self.heard += 1
 
     support = TypeSupport(cls)
-    hostile = [bytes.fromhex(case["cdr"]) for case in MALFORMED]
+    hostile = [bytes.fromhex(case["cdr"]) for case in cases("g_cdr_malformed")]
     rng = np.random.default_rng(7)
     whole = support.encode(cls())
     for _ in range(300):
