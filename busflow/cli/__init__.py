@@ -14,7 +14,7 @@ import click
 import busflow
 from busflow.cli.root import Root
 from busflow.cli.ros_words import instead_of_option
-from busflow.cli.terminal.output import colour, discard_output, print_line, print_message
+from busflow.cli.terminal.output import colour, discard_output, messages_lost, print_line, print_message
 from busflow.errors import BusflowError, ExitCode, InvalidDefinition, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
 
@@ -91,6 +91,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             where = ": allow more, for instance with ulimit -n 1024"
         print_message(f"error: {error.strerror}{where}")
         return ExitCode.FAILED
+    finally:
+        if sys.stderr:  # None where the shell closed it: `busflow … 2>&-`
+            with messages_lost():
+                sys.stderr.flush()
     if argv is None:
         _leave_threads_behind(code)
         _leave_memory_behind()
@@ -102,8 +106,6 @@ def _leave_threads_behind(code: int) -> None:
     import threading
 
     if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
-        if sys.stderr:
-            sys.stderr.flush()
         os._exit(code)
 
 

@@ -38,7 +38,7 @@ def check(source: LaunchSource, machine: str | None, strict: bool, as_json: bool
 
     Several files are checked one by one; NAME:=VALUE goes to each file that has such an argument.
     """
-    from busflow.cli.terminal.output import print_answer, print_problems
+    from busflow.cli.terminal.output import outcome_printed, print_answer, print_problems
 
     files = _files(source)
     reports: list[dict[str, object]] = []
@@ -53,10 +53,12 @@ def check(source: LaunchSource, machine: str | None, strict: bool, as_json: bool
             {"file": str(each.file), "ok": not is_wrong, "problems": [problem.as_json() for problem in shown]}
         )
         if not as_json:
-            print_problems(shown)
-            click.echo(f"{printable(each.file)}: {_count(shown)}" if len(files) > 1 else _count(shown))
+            with outcome_printed():
+                print_problems(shown)
+                click.echo(f"{printable(each.file)}: {_count(shown)}" if len(files) > 1 else _count(shown))
     if as_json:
-        print_answer({"ok": not failed, "files": reports} if len(files) > 1 else reports[0])
+        with outcome_printed():
+            print_answer({"ok": not failed, "files": reports} if len(files) > 1 else reports[0])
     return ExitCode.DIFFERENT if failed else ExitCode.OK
 
 

@@ -16,7 +16,7 @@ import click
 import busflow
 from busflow.cli.options.run import complete_runs
 from busflow.cli.root import Root
-from busflow.cli.terminal.output import print_answer, print_problems, short_path
+from busflow.cli.terminal.output import outcome_printed, print_answer, print_problems, short_path
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
 from busflow.text import counted
@@ -67,12 +67,13 @@ def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
     findings = _Findings((None, each) for each in machine)
     examined = [_examine(present) for present in _runs(run, findings)]
     findings += [(each.present.run.name, problem) for each in examined for problem in each.findings]
-    if as_json:
-        rows = [{"run": name, **problem.as_json()} for name, problem in findings]
-        runs = [_run_json(each) for each in examined]
-        print_answer({"ok": not findings, **_surroundings(folders), "runs": runs, "findings": rows})
-    else:
-        _print(folders, examined, findings)
+    with outcome_printed():
+        if as_json:
+            rows = [{"run": name, **problem.as_json()} for name, problem in findings]
+            runs = [_run_json(each) for each in examined]
+            print_answer({"ok": not findings, **_surroundings(folders), "runs": runs, "findings": rows})
+        else:
+            _print(folders, examined, findings)
     return ExitCode.DIFFERENT if findings else ExitCode.OK
 
 

@@ -10,11 +10,10 @@ import click
 
 from busflow.cli.options.completers import complete_plugins
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.terminal.output import print_answer, print_problems
+from busflow.cli.terminal.output import print_answer, print_message, print_problems
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode
 from busflow.node.plugins import built_in, find, unreadable
-from busflow.text import printable
 
 _VERBS = {
     "list": ("busflow.cli.plugins:list_", "List name and summary of each plugin."),
@@ -75,10 +74,7 @@ def list_(folders: Sequence[Path], as_json: bool) -> int:
     if _unread(folders):
         return ExitCode.USAGE
     if nothing:
-        click.echo(
-            f"no plugins in {', '.join(printable(folder) for folder in folders)}, and none installed but these",
-            err=True,
-        )
+        print_message(f"no plugins in {', '.join(map(str, folders))}, and none installed but these")
     return 0
 
 

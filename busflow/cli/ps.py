@@ -50,7 +50,7 @@ def ps(as_json: bool) -> None:
         return
     found = list(ask_runs())
     if not found:
-        click.echo("nothing is running; start a graph in another terminal: busflow run FILE", err=True)
+        print_message("nothing is running; start a graph in another terminal: busflow run FILE")
         return
     more = {_SHARED: _shared, _PROGRAMS: _programs}
     more = {column: cell for column, cell in more.items() if any(map(cell, found))}

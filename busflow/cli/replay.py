@@ -68,13 +68,14 @@ def replay(
 
 
 def _print_outcome(outcome: Replay, show: int, *, as_json: bool) -> int:
-    from busflow.cli.terminal.output import print_answer, print_message
+    from busflow.cli.terminal.output import outcome_printed, print_answer, print_message
     from busflow.errors import ExitCode
 
-    if as_json:
-        print_answer(outcome.as_json())
-    else:
-        print_message(outcome.render(show), error_stream=False)
+    with outcome_printed():
+        if as_json:
+            print_answer(outcome.as_json())
+        else:
+            print_message(outcome.render(show), error_stream=False)
     return ExitCode.OK if outcome.same else ExitCode.DIFFERENT
 
 

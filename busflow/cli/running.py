@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Generator, Iterable, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -190,9 +190,8 @@ class Run:
 
 
 def _print_errors(texts: Iterable[str]) -> None:
-    with suppress(BrokenPipeError):
-        for text in texts:
-            print_message(f"error: {text}")
+    for text in texts:
+        print_message(f"error: {text}")
 
 
 def _with_ros2(description: LaunchDescription, *, ros2: bool, sim: bool, inspect: bool) -> LaunchDescription:

@@ -65,7 +65,6 @@ def convert(
         print_answer({"output": str(out), "to": to, "messages": done.messages, "left_out": done.left_out})
         return code
     left_out = f", {done.left_out} could not be read" if done.left_out else ""
-    click.echo(
-        f"{'standard output' if to_stdout else out}: {counted(done.messages, 'message')}{left_out}", err=to_stdout
-    )
+    written = counted(done.messages, "message")
+    print_message(f"{'standard output' if to_stdout else out}: {written}{left_out}", error_stream=to_stdout)
     return code

@@ -8,7 +8,7 @@ import click
 
 from busflow.cli.options.bag import listed, named, print_damage, reads
 from busflow.cli.options.number import Number
-from busflow.cli.terminal.output import print_answer
+from busflow.cli.terminal.output import outcome_printed, print_answer
 from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
 from busflow.text import counted, printable
@@ -49,13 +49,14 @@ def diff(a: Path, b: Path, tolerance: float, topics: list[str], times: bool, mos
         chosen = {each.topic for each in named(topics, left, right)} if topics else None
         found = compared(left, right, Comparison(tolerance), chosen, times=times, most=most, on_message=step)
         damaged = [print_damage(bag) for bag in (left, right)]
-    if as_json:
-        print_answer(_as_json(found, left, right))
-    else:
-        for topic in found.topics:
-            _show(topic, left, right)
-        verdict = "the same" if found.same else "different"
-        click.echo(f"{verdict}: {_pairs(found.messages)} compared (topics: {len(found.topics)})")
+    with outcome_printed():
+        if as_json:
+            print_answer(_as_json(found, left, right))
+        else:
+            for topic in found.topics:
+                _show(topic, left, right)
+            verdict = "the same" if found.same else "different"
+            click.echo(f"{verdict}: {_pairs(found.messages)} compared (topics: {len(found.topics)})")
     return ExitCode.DIFFERENT if not found.same else max(damaged)
 
 

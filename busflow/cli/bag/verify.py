@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.cli.options.bag import reads
-from busflow.cli.terminal.output import print_answer, print_message
+from busflow.cli.terminal.output import outcome_printed, print_answer, print_message
 from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
 from busflow.text import counted
@@ -41,19 +41,17 @@ def verify(file: Path, as_json: bool) -> int:
         found = examine(bag, step)
         complete = bag.complete
     code = _code(found)
-    if as_json:
-        print_answer(
-            {
-                "path": str(file),
-                "ok": code is ExitCode.OK,
-                "complete": complete,
-                "messages": found.messages,
-                "there": found.there,
-                "chunks": found.chunks,
-                "findings": [asdict(each) for each in found.findings],
-            }
-        )
-        return code
+    with outcome_printed():
+        if as_json:
+            numbers = {"messages": found.messages, "there": found.there, "chunks": found.chunks}
+            answer = {"path": str(file), "ok": code is ExitCode.OK, "complete": complete, **numbers}
+            print_answer({**answer, "findings": [asdict(each) for each in found.findings]})
+        else:
+            _print(file, found, code)
+    return code
+
+
+def _print(file: Path, found: Examination, code: ExitCode) -> None:
     for each in found.findings:
         where = f"{each.file} at byte {each.offset}: " if each.offset is not None else ""
         print_message(f"{'error' if each.kind == 'wrong' else 'warning'}: {where}{each.message}", error_stream=False)
@@ -62,7 +60,6 @@ def verify(file: Path, as_json: bool) -> int:
     if found.there > found.messages:
         read = f"{found.messages} of {counted(found.there, 'message')}, those before the damage, were"
     click.echo(f"{file}: {verdict}: {read} read")
-    return code
 
 
 def _code(found: Examination) -> ExitCode:

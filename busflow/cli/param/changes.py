@@ -13,7 +13,7 @@ import click
 from busflow.bus.names import absolute_name
 from busflow.cli.options.run import complete_nodes, joined, joins, until_run_ends
 from busflow.cli.param import complete_parameters, parameters_of
-from busflow.cli.terminal.output import print_answer, print_line, print_message, short_path
+from busflow.cli.terminal.output import outcome_printed, print_answer, print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
 from busflow.clock import sleep
 from busflow.errors import ExitCode, NoSuchTarget, Problem
@@ -118,13 +118,14 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
     """Show the parameters of NODE that differ from its resolved launch file; exit code 3 if any does."""
     with joined(run) as peer:
         found = _drifts(peer, node, Path(short_path(peer.run.card.file)))
-    if as_json:
-        rows = [{"name": each.name, "stated": each.stated, "value": each.value} for each in found]
-        print_answer({"run": peer.run.name, "node": absolute_name(node), "differences": rows})
-    else:
-        rows = [(each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found]
-        value = Column(folds=True)
-        print_table(rows, Column(), value, Column(), value, value)
+    with outcome_printed():
+        if as_json:
+            rows = [{"name": each.name, "stated": each.stated, "value": each.value} for each in found]
+            print_answer({"run": peer.run.name, "node": absolute_name(node), "differences": rows})
+        else:
+            rows = [(each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found]
+            value = Column(folds=True)
+            print_table(rows, Column(), value, Column(), value, value)
     return ExitCode.DIFFERENT if found else ExitCode.OK
 
 

@@ -8,7 +8,7 @@ import re
 import select
 import sys
 from collections.abc import Generator, Iterable, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import click
@@ -32,10 +32,23 @@ def colour() -> bool | None:
 
 
 def print_message(text: str, *, error_stream: bool = True) -> None:
-    """Print a message, its control characters escaped and its labels coloured; to standard error unless it is data."""
+    """Print a message, its control characters escaped and its labels coloured; to standard error unless it is data.
+
+    Standard error that cannot be written changes no exit code: the message is lost.
+    """
     safe = "\n".join(printable(line) for line in text.rstrip("\n").split("\n"))
     marked = _LABEL.sub(lambda found: found[1] + click.style(found[2], fg=_COLOURS[found[2]], bold=True) + ":", safe)
-    click.echo(marked, err=error_stream, color=colour())
+    with messages_lost() if error_stream else nullcontext():
+        click.echo(marked, err=error_stream, color=colour())
+
+
+@contextmanager
+def messages_lost() -> Generator[None]:
+    """Write to standard error; discard it for good where its reader has gone or its disk is full."""
+    try:
+        yield
+    except OSError:
+        discard_output(2)
 
 
 @contextmanager
@@ -49,9 +62,9 @@ def outcome_printed() -> Generator[None]:
         discard_output()
 
 
-def discard_output() -> None:
+def discard_output(descriptor: int = 1) -> None:
     """Discard what is still printed: the interpreter flushes once more when it exits, and must not fail again."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
 
 
 def require_reader() -> None:

@@ -152,7 +152,7 @@ class Publishing:
             if not announced:
                 announced = True
                 print_message("to publish at once, without waiting for subscriptions: -w 0")
-            click.echo(f"Waiting for at least {matches} matching subscription(s)...", err=self._as_json)
+            print_message(f"Waiting for at least {matches} matching subscription(s)...", error_stream=self._as_json)
             self._peer.require_run()
             if not enough:
                 sleep(min(_LOOK_S, left_s))
