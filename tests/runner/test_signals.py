@@ -96,11 +96,11 @@ def test_a_second_signal_ends_the_process():
 def test_the_last_act_precedes_an_end_by_force():
     assert ended("""
         guard = SignalGuard(lambda code: None, grace_s=0.01)
-        guard.last_act = lambda code: sys.stderr.write(f"last: {code!r}")
+        guard.last_act = lambda code: print(f"last: {code!r}", file=sys.stderr)
         with guard:
             os.kill(os.getpid(), signal.SIGTERM)
             stuck()
-    """) == (ExitCode.TERMINATED, f"busflow: the run did not end within 0.01 s\nlast: {ExitCode.TERMINATED!r}")
+    """) == (ExitCode.TERMINATED, f"busflow: the run did not end within 0.01 s\nlast: {ExitCode.TERMINATED!r}\n")
 
 
 def test_what_is_forked_at_a_forced_end_ends():
@@ -110,7 +110,7 @@ def test_what_is_forked_at_a_forced_end_ends():
             child = os.fork()
             if not child:
                 os._exit(9)
-            sys.stderr.write(f"{os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])}")
+            print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), file=sys.stderr)
 
         guard = SignalGuard(lambda code: None, grace_s=0.01)
         guard.last_act = last
