@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Generator, Iterator
 from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+from busflow import timeouts
 from busflow.bus.bus import Bus
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.publisher import Publisher
@@ -194,11 +196,21 @@ def runtime_folder() -> Iterator[Path]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def long_grace() -> Iterator[None]:
-    """Give runs in this process 20 s to stop: one that takes longer ends its process, and here all tests with it."""
+def unhurried() -> Iterator[None]:
+    """Set limits that a busy machine would exceed, here and in all processes that the tests start.
+
+    A run of this process gets 20 s to stop: one that takes longer ends its process, and here all tests with it.
+    """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("busflow.runner.graph.GRACE_S", 20.0)
+        patch.setenv(timeouts.VARIABLE, "import_warning=inf,processes_warning=inf,processes_start=inf")
+        patch.setattr(timeouts, "current", replace(timeouts.stated(os.environ[timeouts.VARIABLE]), grace=20.0))
         yield
+
+
+@pytest.fixture
+def limits(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """`limits(grace=0.1)`: limits of real time for this test."""
+    return lambda **changes: monkeypatch.setattr(timeouts, "current", replace(timeouts.current, **changes))
 
 
 def children() -> set[str]:

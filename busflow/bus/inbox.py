@@ -9,14 +9,13 @@ from concurrent.futures import Future
 from threading import Lock
 from typing import TypeVar
 
+from busflow import timeouts
 from busflow.bus.dispatcher import Dispatcher
 from busflow.bus.statistics import InboxStatistics
 from busflow.errors import NotRunning, WouldBlock
 
 R = TypeVar("R")
 
-CALL_TIMEOUT_S = 5.0
-"""Wall time for which a thread waits until the loop has called its function."""
 
 INBOX_DROPPED, INBOX_REFUSED = "inbox_dropped", "inbox_refused"
 """Reasons of `Topic.losses` for messages that threads of this process published."""
@@ -100,11 +99,12 @@ class Inbox:
             raise NotRunning("the graph's event loop is not running")
         loop.call_soon_threadsafe(answer)
         try:
-            return future.result(CALL_TIMEOUT_S)
+            return future.result(timeouts.current.thread_call)
         except TimeoutError:
             if not future.cancel():
                 raise
-            raise NotRunning(f"the graph's event loop did nothing else within {CALL_TIMEOUT_S:g} s") from None
+            limit_s = timeouts.current.thread_call
+            raise NotRunning(f"the graph's event loop did nothing else within {limit_s:g} s") from None
 
     def _drop(self, losses: Counter[str]) -> None:
         self.dropped += 1

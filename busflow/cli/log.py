@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow import timeouts
 from busflow.bus.names import absolute_name
 from busflow.cli.options.run import complete_nodes, joined, joins, until_run_ends
 from busflow.cli.terminal.output import print_answer, print_line, print_message, require_reader
@@ -29,7 +30,6 @@ _TOPIC = "/rosout"
 LEVELS = {"debug": 10, "info": 20, "warning": 30, "error": 40, "critical": 50}
 _ROS_LEVELS = {"warn": "warning", "fatal": "critical"}
 """ROS 2's words for two of them."""
-_ANSWER_S = 5.0
 _COLOURS = {10: "bright_black", 20: "green", 30: "yellow", 40: "red", 50: "bright_red"}
 _KEPT = 1000
 _FOLLOWED = 10
@@ -125,7 +125,7 @@ def set_log_level(peer: Peer, node: str, level: str) -> tuple[str, str | None]:
         raise NoSuchTarget(f"{printable(name)} has no service {printable(service)} to set its log level")
     logger = name.removeprefix("/").replace("/", ".")
     request = {"levels": [{"name": logger, "level": LEVELS[level]}]}
-    (result,) = peer.call(peer.service(service), request, timeout_s=_ANSWER_S)["results"]
+    (result,) = peer.call(peer.service(service), request, timeout_s=timeouts.current.answer)["results"]
     return name, None if result["successful"] else result["reason"]
 
 

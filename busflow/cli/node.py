@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow import timeouts
 from busflow.bus.names import is_hidden
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_nodes, joined, joins
@@ -189,7 +190,6 @@ def order_nodes(
 
 
 _POLL_S = 0.05
-_PATIENCE_S = 60.0
 _ENDED = {"stopped", "stopped by hand", "failed"}
 """The states of a node that does not run, and does not start again by itself."""
 
@@ -202,13 +202,13 @@ def _carried_out(peer: Peer, order: str, before: Mapping[str, Any]) -> Mapping[s
     """
     if (order, before["state"] in _ENDED) in {("stop", True), ("start", False)}:
         return before
-    for _ in range(round(_PATIENCE_S / _POLL_S)):
+    for _ in range(round(timeouts.current.node_order / _POLL_S)):
         now = peer.graph().node(before["name"]).details
         started = now["started_by_hand"] > before["started_by_hand"]
         if (started and now["state"] not in {"starting", "stopping"}) or (order == "stop" and now["state"] in _ENDED):
             return now
         sleep(_POLL_S)
-    why = f"busflow could not {order} {printable(before['name'])} within {_PATIENCE_S:g} s"
+    why = f"busflow could not {order} {printable(before['name'])} within {timeouts.current.node_order:g} s"
     raise InspectionUnavailable(f"{why}; busflow log --level error may show why")
 
 

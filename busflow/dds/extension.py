@@ -8,6 +8,7 @@ from collections.abc import AsyncGenerator, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.dds.process import NODE, require_cyclonedds
 from busflow.errors import ExitCode
 from busflow.node.supervision import Backoff, RestartPolicy
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
 
 _LIFE = RestartPolicy(when="on-failure")
-_END_S = 3.0
-"""How long a bridge may take to end before it is killed."""
 
 
 class BridgeProcess(Extension):
@@ -70,7 +69,7 @@ class BridgeProcess(Extension):
             self._ending = True
             if self._child is not None:
                 self._child.terminate()
-            _, late = await asyncio.wait([living], timeout=_END_S)
+            _, late = await asyncio.wait([living], timeout=timeouts.current.bridge_end)
             for task in late:
                 if self._child is not None:
                     self._child.kill()

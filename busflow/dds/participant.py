@@ -21,6 +21,7 @@ from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
+from busflow import timeouts
 from busflow.dds.names import DdsName, user_data
 from busflow.dds.qos import to_dds
 from busflow.errors import InspectionUnavailable, InvalidName
@@ -42,7 +43,6 @@ _ANY = SampleState.NotRead | ViewState.Any | InstanceState.Any
 _AT_ONCE = 64
 """Samples that are taken before another reader gets its turn."""
 _WAIT_NS = 1_000_000_000
-_PATIENCE_S = 5.0
 _EVERYWHERE = "0.0.0.0"  # noqa: S104  # what is looked for, not what is bound
 
 
@@ -168,7 +168,7 @@ class Intake:
         """End the thread."""
         self._closed = True
         self._wake.set(True)
-        self._thread.join(_PATIENCE_S)
+        self._thread.join(timeouts.current.participant_end)
 
     def _run(self) -> None:
         while not self._closed:

@@ -11,13 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from traceback import FrameSummary, extract_stack
 
+from busflow import timeouts
 from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
 from busflow.validation.tracebacks import shown
 
-WARN_S = 5.0
-"""Wall time after which standard error names the line of an import, once: some libraries take twenty seconds."""
 LIMIT = "BUSFLOW_IMPORT_LIMIT"
 """The environment variable that states how long an import may take until it ends the process; without it, for ever."""
 _SKIPPED = (str(Path(__file__).parents[1]) + os.sep, "<frozen importlib", str(Path(os.__file__).parent / "importlib"))
@@ -40,12 +39,13 @@ def slow_import_named(name: str, folder: Path | None) -> Generator[None]:
 
 
 def _watch(name: str, folder: Path | None, thread: int, ended: threading.Event, limit_s: float) -> None:
-    if ended.wait(min(WARN_S, limit_s)):
+    warn_s = timeouts.current.import_warning
+    if ended.wait(min(warn_s, limit_s)):
         return
-    if limit_s > WARN_S:
-        text = f"after {WARN_S:g} s plugin {name!r} is still being imported"
+    if limit_s > warn_s:
+        text = f"after {warn_s:g} s plugin {name!r} is still being imported"
         _write(f"warning: {text}: {_place(folder, thread)}; {LIMIT}=1min would end it after a minute")
-        if ended.wait(None if limit_s == math.inf else limit_s - WARN_S):
+        if ended.wait(None if limit_s == math.inf else limit_s - warn_s):
             return
     text = f"plugin {name!r} was not imported within {limit_s:g} s"
     fix = f"do in start() what takes long, or give {LIMIT} more"

@@ -17,8 +17,8 @@ processes that are there.
 The end: everything that ends the run sets `ending` of the main graph. The nodes of the main process stop, and at the
 same time each other process gets the exit code on its pipe, and sends itself SIGTERM, which stops it as Ctrl-C stops
 the main process (one that does not read its pipe yet gets SIGTERM alone). Each stops its nodes within the grace,
-writes the end of its recording file (`Spool.close` waits `CLOSE_TIMEOUT_S` for the disk), reports on its pipe, and
-ends. Only then the main process writes the end of its own file and the recording's metadata. If a process takes
+writes the end of its recording file (`Spool.close` waits `Timeouts.recording_end` for the disk), reports on its pipe,
+and ends. Only then the main process writes the end of its own file and the recording's metadata. If a process takes
 longer than both limits, its `SignalGuard` ends it after 0.1 s more, and names what delayed it. If it is suspended or
 holds the interpreter's lock, `WorkerProcess.kill` ends it 0.1 s later. A process without a last report has failed. A
 second Ctrl-C ends the main process at once, and so the others.

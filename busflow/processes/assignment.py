@@ -69,6 +69,8 @@ class Assignment:
     """Parameters and restarts of its nodes, from before the process restarted."""
     event_loop: str
     """Name of the event loop that all processes of the run use."""
+    timeouts: Mapping[str, float]
+    """Limits of real time that differ from the defaults."""
     record: Mapping[str, Any] | None = None
     """The process's part of the recording, as plain data of a `Share`; None if nothing is recorded."""
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import busflow
+from busflow import timeouts
 from busflow.launchfile.check.credentials import credentials_of
 from busflow.launchfile.model.placement import MAIN, machine_of, process_name
 from busflow.text import printable
@@ -19,12 +20,6 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.network import NetworkAddress, NetworkSpec
     from busflow.log import Logger
 
-_OLDER_S = 0.5
-"""Least time of a link to another machine with which this run counts as older than another run of this machine."""
-_LATE_S = 2.0
-"""Time that a machine may take before the log says that it is missing."""
-_DOUBLE_S = 3.0
-"""Time after which another run with this machine's name counts: the token of a killed run disappears sooner."""
 _CHECK_S = 5.0
 """Interval of the checks why a machine is missing."""
 
@@ -107,9 +102,11 @@ class Machines:
             self._double_check = None
         if there:
             now_s = self._seconds()
-            came_first = any(each.linked and now_s - each.changed_s > _OLDER_S for each in self._machines.values())
+            limits = timeouts.current
+            linked_s = [now_s - each.changed_s for each in self._machines.values() if each.linked]
+            came_first = max(linked_s, default=0.0) > limits.machine_older
             react = self._report_double if came_first else self._end_run
-            self._double_check = asyncio.get_running_loop().call_later(_DOUBLE_S, react)
+            self._double_check = asyncio.get_running_loop().call_later(limits.machine_double, react)
 
     def _report_double(self) -> None:
         self._log.error(f"another run is started as the machine {self.own} too: one of the two has to end")
@@ -129,7 +126,7 @@ class Machines:
 
     async def watch(self) -> None:
         """Log the reason why a machine is missing, each new reason once, until this task is cancelled."""
-        wait_s = _LATE_S
+        wait_s = timeouts.current.machine_missing
         while True:
             self._changed.clear()
             try:
@@ -141,7 +138,7 @@ class Machines:
                     if not machine.linked:
                         await self._check(name, machine)
             else:
-                wait_s = _LATE_S
+                wait_s = timeouts.current.machine_missing
 
     async def _check(self, name: str, machine: _Machine) -> None:
         """Find out why a machine is missing, and log a new reason."""

@@ -16,12 +16,11 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
+from busflow import timeouts
 from busflow.log import LogRecord
 
 _DEPTH = 10_000
 """Limit of the waiting lines; a further line displaces the oldest."""
-_CLOSE_TIMEOUT_S = 0.3
-"""Time by which a slow main process may delay the end of a worker process."""
 _VALUE_CHARACTERS = 4096
 
 
@@ -67,7 +66,7 @@ class PipeWriter:
         with self._arrived:
             self._closed = True
             self._arrived.notify()
-        self._thread.join(_CLOSE_TIMEOUT_S)
+        self._thread.join(timeouts.current.pipe_end)
 
     def _write(self) -> None:
         room = select.poll()

@@ -11,6 +11,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NotRunning, ProcessFailed
 from busflow.launchfile.model.placement import Placement
 from busflow.node.supervision import Restart
@@ -22,7 +23,6 @@ from busflow.processes.shares import Shares
 from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
 from busflow.ros2 import attach_successor, ros2_network
 from busflow.runner.extension import Extension
-from busflow.runner.run import AROUND_S
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership, card_of
 from busflow.wire.zenoh.held_port import HeldPort
@@ -40,17 +40,6 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report
     from busflow.wire.mirror.barrier import Barrier
-
-START_TIMEOUT_S = 60.0
-"""Time limit for all processes to get ready, in wall time: some load a gigabyte before they build a node."""
-_WARN_S = 10.0
-_KILL_S = AROUND_S + 0.2
-"""Time until a process is killed, beyond the grace of its nodes and the end of its recording.
-
-It has ended itself by then, unless it is stopped or in a call that keeps its other threads waiting.
-"""
-_LEAVE_S = 0.3
-"""Time to read the last reports after the processes have been killed."""
 
 
 class ProcessGroup(Extension):
@@ -125,12 +114,11 @@ class ProcessGroup(Extension):
         self._ports: dict[str, HeldPort] = {}  # by socket of a worker process; empty without nodes of ROS 2
         self._ros2_dials: tuple[str, ...] = ()
         self._membership: Membership | None = None
-        self._kill_s = _KILL_S
+        limits = timeouts.current
+        self._kill_s = limits.around + limits.process_kill
         if self._shares is not None:
-            from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S
-
-            self._kill_s += CLOSE_TIMEOUT_S
-        self.end_s: float = self._kill_s + _LEAVE_S
+            self._kill_s += limits.recording_end
+        self.end_s: float = self._kill_s + limits.last_reports
         graph.attach(self)
         attach_successor(graph)
         if self._recording is not None:
@@ -324,15 +312,16 @@ class ProcessGroup(Extension):
 
     async def _all_ready(self, barrier: Barrier) -> None:
         names = list(self._by_name)
+        first_s, all_s = timeouts.current.processes_warning, timeouts.current.processes_start
         passed = asyncio.create_task(barrier.passed(names, unless=self._graph.ending))
         try:
-            for limit_s in (_WARN_S, START_TIMEOUT_S - _WARN_S):
+            for limit_s in (first_s, all_s - first_s):
                 await asyncio.wait([passed], timeout=limit_s)
                 if passed.done():
                     return
                 self._log.warning("the nodes wait", reason="; ".join(barrier.lacking(names)))
             lacking = "; ".join(barrier.lacking(names))
-            raise ProcessFailed(f"not all processes were ready within {START_TIMEOUT_S:g} s: {lacking}")
+            raise ProcessFailed(f"not all processes were ready within {all_s:g} s: {lacking}")
         finally:
             passed.cancel()
 
@@ -384,6 +373,7 @@ class ProcessGroup(Extension):
             memory=worker.memory,
             args=self._args,
             event_loop=self._event_loop,
+            timeouts=timeouts.current.changed(),
             record=self._share_data(worker.name),
         ).line()
 

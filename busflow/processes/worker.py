@@ -15,6 +15,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
 from busflow.processes.assignment import Assignment, report_changes
 from busflow.processes.pipe import PipeWriter
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
 _COMMAND_BYTES = 1 << 16
 _REPORT_S = 0.5
 """Time between reports to the main process; so the last report of a killed process is at most this old."""
-_PATIENCE_S = 60.0
-"""Limit of the wait for other processes; the main process, which started earlier, gives up before that."""
 
 
 def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: int | None) -> ExitCode:
@@ -108,6 +107,7 @@ def _set_environment(variables: Mapping[str, str | None]) -> None:
 
 def _adopt_settings(assignment: Assignment) -> None:
     """Give this process the main process's settings that matter to a node: module path, buffering of prints, faults."""
+    timeouts.current = timeouts.Timeouts(**assignment.timeouts)
     sys.path[:] = assignment.path
     faulthandler.enable()
     for stream in (sys.stdout, sys.stderr):
@@ -202,7 +202,7 @@ class _Part(Extension):
         self._report()  # before the main process sees this one: it gets commands from the first report on
         barrier.begin()
         reporting = asyncio.create_task(self._report_again(), name="busflow.report")
-        with self._graph.clock.wall_timeout(_PATIENCE_S):
+        with self._graph.clock.wall_timeout(timeouts.current.processes_start):
             await barrier.passed(self._others, unless=self._graph.ending)
         yield
         reporting.cancel()

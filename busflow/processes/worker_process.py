@@ -13,6 +13,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from busflow import timeouts
 from busflow.errors import ExitCode
 from busflow.node.supervision import Backoff, Restart
 from busflow.processes.assignment import Memory
@@ -293,16 +294,17 @@ class WorkerProcess:
                 if self.child is not None:
                     self._check_reports(self.child, self._owner.seconds())
         elif self.state is WorkerState.RUNNING and self.child is not None:
-            asyncio.get_running_loop().call_later(_EXIT_S, self._check_for_hang, self.child)
+            asyncio.get_running_loop().call_later(timeouts.current.process_exit, self._check_for_hang, self.child)
 
     def _check_for_hang(self, child: Child) -> None:
         if self.child is not child or not self._has_no_token or self._stopping.is_set() or self._last_message_s is None:
             return
         # A recent message shows that the process lives: its token is gone because the main process stood still, or the
         # link broke.
-        patience_s = _SILENT_S * (10 if self._end else 1)  # after its last message it has the session and Python to end
+        limit_s = timeouts.current.process_silent
+        patience_s = limit_s * (10 if self._end else 1)  # after its last message it has the session and Python to end
         if self._owner.seconds() - self._last_message_s < patience_s:
-            asyncio.get_running_loop().call_later(_SILENT_S, self._check_for_hang, child)
+            asyncio.get_running_loop().call_later(limit_s, self._check_for_hang, child)
             return
         self._hang(child, "it is stopped (SIGSTOP), or has no time to answer")
 
@@ -311,12 +313,13 @@ class WorkerProcess:
         if self.child is not child or self._stopping.is_set():
             return
         now_s = self._owner.seconds()
-        if now_s - checked_s > _SILENT_S:  # the main process stood still, and has not read the reports yet
+        limit_s = timeouts.current.process_silent
+        if now_s - checked_s > limit_s:  # the main process stood still, and has not read the reports yet
             self._last_report_s = now_s
         silent_s = now_s - self._last_report_s
         if self.state is WorkerState.RUNNING and silent_s > self.spec.hang_s and self._is_at_work(child.pid):
             self._hang(child, f"its event loop stands still for {self.spec.hang_s:g} s (hang: in processes:)")
-        elif self.state is WorkerState.HANGS and silent_s < _SILENT_S and not self._has_no_token:
+        elif self.state is WorkerState.HANGS and silent_s < limit_s and not self._has_no_token:
             self.on_presence(there=True)
         asyncio.get_running_loop().call_later(_CHECK_S, self._check_reports, child, now_s)
 
@@ -357,13 +360,6 @@ class WorkerProcess:
         self._owner.show_print(self.name, line, error=error)
 
 
-_EXIT_S = 0.2
-"""Time from the loss of a token to the check whether the process hangs.
-
-An ending process loses its token first, and its exit is known a moment later.
-"""
-_SILENT_S = 1.0
-"""Time without a message after which a process counts as hanging; a working one reports twice in it."""
 _CHECK_S = 0.5
 """Time between two checks of the last report's age."""
 _BEFORE_WORK = {NodeState.BUILT, NodeState.WAITING, NodeState.STARTING, NodeState.RESTARTING}

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 import anyio
 
+from busflow import timeouts
 from busflow.node.supervision import Backoff, Condition, Restart
 from busflow.processes.child import Child
 from busflow.programs import keeper
 from busflow.programs.output import Output
 from busflow.runner.report import ProgramReport
 from busflow.runner.signals import signal_name
-from busflow.runner.supervisor import PATIENCE_S
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import ProgramSpec
@@ -154,7 +154,7 @@ class Program:
         with anyio.CancelScope() as self._waiting:
             for other, condition in () if self._stopping.is_set() else self.needs:
                 event = other.condition_event(condition)
-                with anyio.move_on_after(PATIENCE_S):
+                with anyio.move_on_after(timeouts.current.waiting_warning):
                     await event.wait()
                 if not event.is_set():
                     self._log.warning("waits for another one", name=other.name, condition=condition.value)

@@ -10,6 +10,7 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.errors import ProgramFailed
 from busflow.node.supervision import OnExit
 from busflow.programs.program import Program, ProgramOwner, ProgramState
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report
     from busflow.runner.supervisor import Prerequisite
-
-_LEAVE_S = 1.5
-"""Time beyond the graces of a program that killed processes, its keeper and the reading of its output may take."""
 
 
 class Programs(Extension):
@@ -57,7 +55,7 @@ class Programs(Extension):
     def _longest_end_s(self, program: Program) -> float:
         """Return how long it may take until a program has ended: those that depend on it end first."""
         later = [each for each in self.programs if program.name in each.spec.supervision.depends_on]
-        own_s = 2 * program.spec.grace_s + _LEAVE_S
+        own_s = 2 * program.spec.grace_s + timeouts.current.program_end
         return own_s + max(map(self._longest_end_s, later), default=0.0)
 
     def prerequisites(self) -> Sequence[Prerequisite]:

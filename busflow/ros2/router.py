@@ -12,6 +12,7 @@ from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.errors import InspectionUnavailable
 from busflow.launchfile.model.ros2 import Ros2Transport
 from busflow.ros2.port_owner import owner_of
@@ -23,8 +24,6 @@ from busflow.wire.zenoh.session import open_remote, require_zenoh
 if TYPE_CHECKING:
     from busflow.launchfile.model.network import NetworkAddress
     from busflow.launchfile.model.ros2 import Ros2Spec
-
-_PATIENCE_S = 2.0
 
 
 def with_ros2(spec: Ros2Spec, linked: Network | None) -> Network | None:
@@ -61,7 +60,7 @@ def _ros2_network(spec: Ros2Spec) -> Ros2Network:
 
 def _is_taken(address: NetworkAddress) -> bool:
     try:
-        with socket.create_connection((address.host, address.port), timeout=_PATIENCE_S):
+        with socket.create_connection((address.host, address.port), timeout=timeouts.current.router):
             return True
     except OSError:
         return False
@@ -74,7 +73,7 @@ def _require_router(address: NetworkAddress) -> None:
         InspectionUnavailable: something else does.
     """
     try:
-        session: Any = open_remote(Network((address,)), patience_s=_PATIENCE_S)
+        session: Any = open_remote(Network((address,)), patience_s=timeouts.current.router)
     except InspectionUnavailable:
         found = "no Zenoh router"
     else:

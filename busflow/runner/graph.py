@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar, overload
 
+from busflow import timeouts
 from busflow.bus.bus import Bus
 from busflow.bus.dispatcher import Chooser
 from busflow.bus.failure import Failure
@@ -45,8 +46,8 @@ from busflow.runner.report import Report, SnapshotReport, service_reports, topic
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.stuck_handlers import stuck_handlers_named
-from busflow.runner.supervisor import START_TIMEOUT_S, Overseer, Supervisor, outlast
-from busflow.runner.supervisors import GRACE_S, node_among, stop_in_order, supervisors_of
+from busflow.runner.supervisor import Overseer, Supervisor, outlast
+from busflow.runner.supervisors import node_among, stop_in_order, supervisors_of
 from busflow.runner.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)
@@ -90,7 +91,8 @@ class Graph:
         self.descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
         self.name: str = next((each.name for each in self.descriptions), "graph")
         self.seed = seed if seed is not None else next((s.seed for s in self.descriptions if s.seed is not None), 0)
-        self.grace_s = next((s.shutdown_grace_s for s in self.descriptions if s.shutdown_grace_s is not None), GRACE_S)
+        graces_s = [s.shutdown_grace_s for s in self.descriptions if s.shutdown_grace_s is not None]
+        self.grace_s: float = graces_s[0] if graces_s else timeouts.current.grace
         self.clock: Clock = clock or SystemClock()
         set_clock(self.clock, self.descriptions)
         self.log: Log = Log(self.clock, level=log_level, sinks=sinks)
@@ -216,7 +218,7 @@ class Graph:
         """Stop some of the nodes until they are started by hand, while the others go on; used by busflow itself."""
         for supervisor in supervisors:
             supervisor.stop_by_hand()
-        await stop_in_order(supervisors, self.clock, START_TIMEOUT_S)
+        await stop_in_order(supervisors, self.clock, timeouts.current.start)
 
     async def start_by_hand(self, supervisor: Supervisor) -> None:
         """Start a node that has ended, while the others go on; used by busflow itself.

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from busflow.runner.supervisors import RESORT_S
+from busflow import timeouts
 
 if TYPE_CHECKING:
     from busflow.runner.supervisor import Supervisor
@@ -30,7 +30,7 @@ class Lives:
     async def has_left(self, supervisor: Supervisor) -> bool:
         """Return whether no code of an ended node runs any more; wait for it for a moment."""
         if supervisor in self._tasks:  # it has ended in this turn of the loop, or nothing ends it
-            await asyncio.wait([self._tasks[supervisor]], timeout=RESORT_S)
+            await asyncio.wait([self._tasks[supervisor]], timeout=timeouts.current.last_resort)
         return supervisor not in self._tasks
 
     def cancel(self) -> None:

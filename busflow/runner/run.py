@@ -9,6 +9,7 @@ from functools import partial
 
 import anyio
 
+from busflow import timeouts
 from busflow.errors import ExitCode
 from busflow.runner.extension import Extension
 from busflow.runner.garbage import StepwiseCollection
@@ -17,9 +18,6 @@ from busflow.runner.loops.system import LoopFactory, answers, new_event_loop
 from busflow.runner.orphan_tasks import OrphanTasks, orphans_left, unawaited_logged
 from busflow.runner.signals import SignalGuard
 from busflow.runner.supervisor import Supervisor
-
-AROUND_S = 2.0
-"""Time beyond the grace in which a run that makes progress ends its nodes and its session, on a busy machine."""
 
 
 def run_graph(
@@ -48,7 +46,8 @@ def run_graph(
             await graph.stop()
         await graph.wait()
 
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=AROUND_S + graph.end_s)
+    around_s = timeouts.current.around + graph.end_s
+    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=around_s)
     guard.last_act = last_act
     with (
         guard,

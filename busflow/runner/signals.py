@@ -21,6 +21,7 @@ from contextlib import suppress
 from types import FrameType, TracebackType
 from typing import Any, Self
 
+from busflow import timeouts
 from busflow.clock import monotonic
 from busflow.errors import ExitCode
 from busflow.runner import standard_error
@@ -32,10 +33,6 @@ _ENDED = 0
 """Number that is no signal's: the run itself says that it has ended."""
 _LIMITED = 255
 """Number that is no signal's: the run's time limit begins, and after it the grace."""
-_LAST_S = 5.0
-"""Time for the last act before the process is ended by force: the machine may be busy, and a disk may hang."""
-_ECHO_S = 0.1
-"""The time in which the same signal again is the first one: `timeout` sends its own to a program and to its group."""
 CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
 """Exit codes of a run that a signal ends."""
 if hasattr(signal, "SIGHUP"):  # Windows does not have it
@@ -217,7 +214,7 @@ class SignalGuard:
             self._first = number, monotonic()
             return True
         first, received_s = self._first
-        return number != first or monotonic() - received_s >= _ECHO_S
+        return number != first or monotonic() - received_s >= timeouts.current.repeated_signal
 
     def _forward_to_loop(self, received: bytes) -> None:
         """Forward received bytes to the event loop; no bytes close its descriptor."""
@@ -235,7 +232,7 @@ class SignalGuard:
             standard_error.write(f"{why}{where}")
             last = threading.Thread(target=self.last_act, args=[self._code], daemon=True)
             last.start()
-            last.join(_LAST_S)
+            last.join(timeouts.current.last_act)
             if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
                 [child.kill() for child in multiprocessing.active_children()]
         finally:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import closing, contextmanager
 from typing import Any, cast
 
+from busflow import timeouts
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS, Reliability
@@ -17,7 +18,7 @@ from busflow.launchfile.model.description import ClockMode, LaunchDescription
 from busflow.msgs.rosgraph_msgs import Clock
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
-from busflow.runner.loops.virtual import RUN_THREAD_S, VirtualLoop
+from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.sources import What
 
 
@@ -36,7 +37,8 @@ def simulated_graph(
     clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
     rate = next((clock.rate for clock in clocks if clock.rate is not None), None)
     follows = any(clock.mode is ClockMode.FOLLOW for clock in clocks)
-    with closing(VirtualLoop(rate=rate, follows=follows, thread_s=RUN_THREAD_S, ends_handlers=False)) as loop:
+    thread_s = timeouts.current.run_thread
+    with closing(VirtualLoop(rate=rate, follows=follows, thread_s=thread_s, ends_handlers=False)) as loop:
         clock = SimClock(loop=loop)
         graph = Graph(what, clock=clock, **options)
         if follows:

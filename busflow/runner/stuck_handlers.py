@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
+from busflow import timeouts
 from busflow.errors import Deadlock
 from busflow.runner import standard_error
 from busflow.runner.loops.virtual import VirtualLoop
@@ -24,7 +25,6 @@ from busflow.runner.watchdog import owners, stack_of
 from busflow.text import printable
 
 _LOOK_S = 0.5
-_WARN_S = 5.0
 _DEBUGGERS = {"bdb.py", "pydevd.py"}
 """Files that run while a line of a debugged program waits, also in editors."""
 
@@ -42,6 +42,7 @@ def stuck_handlers_named() -> Generator[None]:
 
 
 def _watch(loop: VirtualLoop, thread: int, ended: threading.Event) -> None:
+    warn_s = timeouts.current.stuck_warning
     look_s = min(_LOOK_S, loop.thread_s / 4)
     # Each look counts for the time until the next one, however late it is: what stops the whole process, such as Ctrl-Z
     # or a suspended machine, is no handler's time.
@@ -60,10 +61,10 @@ def _watch(loop: VirtualLoop, thread: int, ended: threading.Event) -> None:
             error = ctypes.py_object(_error(owner[1], loop.thread_s))
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), error)
             stuck_s = 0.0
-        elif stuck_s >= _WARN_S and not warned:
+        elif stuck_s >= warn_s and not warned:
             warned = True
             node, handler = map(printable, owner)
-            text = f"has not come back for {_WARN_S:g} s of real time, and virtual time stands still for it"
+            text = f"has not come back for {warn_s:g} s of real time, and virtual time stands still for it"
             standard_error.write(f"{node}: {handler} {text}; it is in {stack_of(frame)}")
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 import anyio
 import anyio.abc
 
+from busflow import timeouts
 from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
 from busflow.node.factory import rebuild
@@ -22,11 +23,6 @@ from busflow.runner.report import NodeReport
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.planned_node import PlannedNode
-
-START_TIMEOUT_S = 10.0
-"""Time limit of a node's `start`, and of its `stop` before a restart, in wall time."""
-PATIENCE_S = 10.0
-"""Time that a node waits for another one before a warning is logged, by the run's clock."""
 
 
 class NodeState(StrEnum):
@@ -276,12 +272,12 @@ class Supervisor:
             self._starting = anyio.CancelScope()
             if self._over.is_set():
                 self._starting.cancel()
-            limit = self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S)
+            limit = self.runtime.surroundings.clock.wall_timeout(timeouts.current.start)
             with self._starting, limit as patience, self.runtime.life.starting.current():
                 await self._guard(self.node.start, "start")
             self._starting = None
         if patience is not None and patience.cancelled_caught:
-            late = StartTimeout(f"start() of {self.name} did not return within {START_TIMEOUT_S:g} s")
+            late = StartTimeout(f"start() of {self.name} did not return within {timeouts.current.start:g} s")
             self.runtime.life.fail(f"{type(self.node).__name__}.start", late)
         if self._over.is_set():
             return False
@@ -294,10 +290,10 @@ class Supervisor:
         if self._stop_asked.is_set():  # limited by the grace of the graph
             await self._guard(self.node.stop, "stop")
             return
-        with self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
+        with self.runtime.surroundings.clock.wall_timeout(timeouts.current.start) as patience:
             await self._guard(self.node.stop, "stop")
         if patience.cancelled_caught:
-            late = StopTimeout(f"stop() of {self.name} did not return within {START_TIMEOUT_S:g} s")
+            late = StopTimeout(f"stop() of {self.name} did not return within {timeouts.current.start:g} s")
             self.runtime.life.fail(f"{type(self.node).__name__}.stop", late)
 
     async def _run(self) -> None:
@@ -345,7 +341,7 @@ class Supervisor:
         with self._starting:
             for other, condition in self.needs:
                 event = other.condition_event(condition)
-                with anyio.move_on_after(PATIENCE_S):
+                with anyio.move_on_after(timeouts.current.waiting_warning):
                     await event.wait()
                 if not event.is_set():
                     self.runtime.log.warning("waits for another node", node=other.name, condition=condition.value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from busflow import timeouts
 from busflow.bus.names import absolute_name
 from busflow.clock import Clock, perf_counter
 from busflow.errors import NotRunning
@@ -16,11 +17,6 @@ from busflow.text import did_you_mean
 if TYPE_CHECKING:
     from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.runner.extension import Extension
-
-GRACE_S = 0.75
-"""Time that the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
-RESORT_S = 0.1
-"""Time that a node that was given up has to end once cancelled, and again once its tasks are, in wall time."""
 
 
 def supervisors_of(
@@ -83,7 +79,7 @@ async def stop_in_order(supervisors: Sequence[Supervisor], clock: Clock, grace_s
     for supervisor in late:
         supervisor.give_up(grace_s)
     for resort in (Supervisor.close_tasks, Supervisor.leave):
-        with clock.wall_timeout(RESORT_S):
+        with clock.wall_timeout(timeouts.current.last_resort):
             for supervisor in late:
                 await supervisor.ended.wait()
         for supervisor in [each for each in late if not each.ended.is_set()]:

@@ -279,9 +279,9 @@ async def test_call_from_another_thread_returns_or_raises(make_bench):
 
 
 @virtual_time
-async def test_call_on_a_busy_loop_is_cancelled(make_bench, monkeypatch):
+async def test_call_on_a_busy_loop_is_cancelled(make_bench, limits):
     bus, called, caught = make_bench().bus, [], []
-    monkeypatch.setattr("busflow.bus.inbox.CALL_TIMEOUT_S", 0.01)
+    limits(thread_call=0.01)
 
     def ask():
         try:

@@ -44,7 +44,7 @@ class Stream(io.StringIO):
 
 
 @pytest.fixture
-def imported(tmp_path, monkeypatch):
+def imported(tmp_path, monkeypatch, limits):
     """What standard error says and which exit codes there were, while a plugin is imported."""
 
     def imported(awaited, limit=None):
@@ -60,7 +60,7 @@ def imported(tmp_path, monkeypatch):
         monkeypatch.setattr(slow_import, "_watch", watch_from_the_line_on)
         monkeypatch.setitem(sys.modules, "gate", gate)
         monkeypatch.setattr(sys, "stderr", stream)
-        monkeypatch.setattr(slow_import, "WARN_S", 0.2)
+        limits(import_warning=0.2)
         monkeypatch.setattr(slow_import.os, "_exit", codes.append)
         if limit is not None:
             monkeypatch.setenv("BUSFLOW_IMPORT_LIMIT", limit)

@@ -54,11 +54,11 @@ ENDS = {"child exits: abnormal": "raises", "timeout": "is late"}
 
 @each_case("k_supervision", "otp/", "systemd/")
 @virtual_time
-async def test_the_table_of_policies_and_ends(case, monkeypatch):
+async def test_the_table_of_policies_and_ends(case, limits):
     given, restarted = case["given"], case["expect"]["restarted"]
     policy = POLICY.get(stated := given.get("restart") or given["Restart"], stated)
     end = ENDS.get(case["steps"][0])
-    monkeypatch.setattr("busflow.runner.supervisor.START_TIMEOUT_S", 0.02)
+    limits(start=0.02)
     lives = []
 
     class Ending(Node):

@@ -29,6 +29,7 @@ WHOLE = Assignment(
     prints_failures=True,
     path=("", "/plugins"),
     event_loop="uvloop",
+    timeouts={"grace": 20.0},
     args={"rate_hz": 50.0, "name": "é\x1b"},
     memory=Memory({"/a": {"values": {"x": float("inf")}, "set": ["x"], "times": 1}}, {"/a": 2}),
 )

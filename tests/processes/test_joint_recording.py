@@ -260,9 +260,9 @@ import os
 import threading
 
 from busflow import Node
-from busflow.recording.recorder import spool
+from busflow import timeouts
 
-spool.CLOSE_TIMEOUT_S = 0.05
+timeouts.current = timeouts.Timeouts(recording_end=0.05)
 os.fsync = lambda _: threading.Event().wait(1.0)
 
 

@@ -86,7 +86,7 @@ def assignment(directory: RunDirectory, **changes: Any) -> Assignment:
         "card": card, "nodes": ("/own",), "others": (), "seed": 1, "log_level": "info",
         "ros2_listens": "", "ros2_dials": (), "restarts": 0, "nice": 0, "env": {}, "outer": {},
         "watchdog_s": None, "prints_failures": False, "path": tuple(sys.path), "args": {}, "memory": Memory(),
-        "event_loop": "busflow",
+        "event_loop": "busflow", "timeouts": {},
     }  # fmt: skip
     return Assignment(**whole | changes)
 

@@ -11,7 +11,7 @@ from busflow.log import Log
 from busflow.node.supervision import Restart, RestartPolicy
 from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
 from busflow.testing import virtual_time
-from busflow.wire.zenoh.session import LEASE_MS
+from busflow.timeouts import Timeouts
 
 
 class Owner:
@@ -74,9 +74,9 @@ async def test_stopped_process_is_logged_within_two_seconds(running):
     worker, lines = running()
     await asyncio.sleep(5)
     worker.on_message({"report": {"nodes": []}})  # and now it is stopped
-    await asyncio.sleep(LEASE_MS / 1000)  # when Zenoh gives it up, at the latest
+    await asyncio.sleep(Timeouts().lease)  # when Zenoh gives it up, at the latest
     worker.on_presence(there=False)
-    await asyncio.sleep(1.9 - LEASE_MS / 1000)  # the rest is for a machine that is busy
+    await asyncio.sleep(1.9 - Timeouts().lease)  # the rest is for a machine that is busy
     assert worker.state is WorkerState.HANGS
     assert len(lines) == 1
 

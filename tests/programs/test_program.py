@@ -169,13 +169,13 @@ def test_loop_that_ends_stops_programs(project):
     assert ended(asyncio.run(main()), PATIENCE_S)
 
 
-def test_long_wait_for_others_is_logged(launched, project, monkeypatch):
+def test_long_wait_for_others_is_logged(launched, project, limits):
     async def act(run):
         await run.log.wait_for("waits for another one")
         (project / "go").touch()
         await run.log.wait_for("last")
 
-    monkeypatch.setattr(program, "PATIENCE_S", 0.0)
+    limits(waiting_warning=0.0)
     text = f"""
 programs:
   last: {{depends_on: {{driver: ready}}, {shell("echo last; exec sleep 600")}}}

@@ -294,8 +294,8 @@ async def test_orders_are_carried_out_one_by_one():
             assert (found.state, found.stopped_by_hand, found.started_by_hand) == ("running", 3, 3)
 
 
-def test_node_that_will_not_end_cannot_start(monkeypatch):
-    monkeypatch.setattr("busflow.runner.graph.START_TIMEOUT_S", 0.05)
+def test_node_that_will_not_end_cannot_start(limits):
+    limits(start=0.05)
 
     async def main():
         refused, lines = asyncio.Event(), []

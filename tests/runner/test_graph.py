@@ -387,12 +387,12 @@ async def test_self_feeding_node_does_not_delay_timers():
     assert graph.node(Greedy).ticks == 10
 
 
-def test_endless_start_is_given_up_in_wall_time(monkeypatch):
+def test_endless_start_is_given_up_in_wall_time(limits):
     class Stuck(Node):
         async def start(self) -> None:
             await asyncio.Event().wait()
 
-    monkeypatch.setattr("busflow.runner.supervisor.START_TIMEOUT_S", 0.05)
+    limits(start=0.05)
 
     async def main() -> None:
         with pytest.raises(NodeFailed, match=r"Stuck.start") as caught:

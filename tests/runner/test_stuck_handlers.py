@@ -64,11 +64,11 @@ async def test_pause_of_the_process_fails_no_handler():
         await lab.advance(0.1)
 
 
-def test_slow_handler_of_a_run_is_only_named(monkeypatch):
+def test_slow_handler_of_a_run_is_only_named(monkeypatch, limits):
     """On standard error, and not in the log, which is the same on a slow machine."""
     reading, writing = os.pipe()
     monkeypatch.setattr(standard_error, "descriptor", writing)
-    monkeypatch.setattr("busflow.runner.stuck_handlers._WARN_S", 0.1)
+    limits(stuck_warning=0.1)
     slow, lines = Slow(reading), []
 
     async def main(clock):

@@ -12,6 +12,8 @@ from textwrap import dedent
 
 import pytest
 
+from busflow.timeouts import VARIABLE
+
 PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
@@ -34,8 +36,13 @@ class Robot:
         script = f"{_PRELUDE}\n{dedent(source)}\nnodes = {nodes}\nnodes.remove(Node)\n"
         script += f"sys.exit(busflow.run(*nodes, inspect={name!r}))\n"
         self.name = name
+        limits = f"{os.environ[VARIABLE]},grace=inf,last_messages=inf,overtaken=0.5"  # on however slow a machine
         self.process = subprocess.Popen(
-            [sys.executable, "-c", script], stderr=subprocess.PIPE, text=True, start_new_session=True
+            [sys.executable, "-c", script],
+            env={**os.environ, VARIABLE: limits},
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
         )
 
     def wait_for(self, text: str) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import busflow
+from busflow import timeouts
 from busflow.actions.names import SEND_GOAL
 from busflow.cli.options.completers import Completer, completer
 from busflow.cli.terminal.output import print_message
@@ -22,9 +23,6 @@ from busflow.validation.versions import work_together
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import GraphView
-
-_COMPLETION_S = 0.5
-"""The most time for a completion, so that a run that hangs does not block the shell."""
 
 
 def joins(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -94,7 +92,7 @@ def joined_to_complete(context: click.Context) -> AbstractContextManager[Peer]:
     """Join the run of `--run`, or the only one, if it answers at once."""
     from busflow.wire.client.client import join
 
-    return join(context.params.get("run"), patience_s=_COMPLETION_S)
+    return join(context.params.get("run"), patience_s=timeouts.current.completion)
 
 
 @completer

@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from busflow import timeouts
 from busflow.errors import BagError
 from busflow.recording.bag.rosbag2_metadata import describe_recordings
 from busflow.recording.recorder.capture import Capture
@@ -19,7 +20,7 @@ from busflow.recording.recorder.destination import as_directory, named, new_dire
 from busflow.recording.recorder.options import spec_of
 from busflow.recording.recorder.recording_file import Latched, RecordingFile, SplitFile, graph_file_maker
 from busflow.recording.recorder.snapshot import SnapshotRecorder
-from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S, Spool, reason_of
+from busflow.recording.recorder.spool import Spool, reason_of
 from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
 from busflow.text import printable
@@ -65,12 +66,11 @@ def record_share(graph: Graph, share: Share) -> None:
 class Recorder(Extension):
     """Writes one run, or a process's share of one, into a file, or a directory of parts."""
 
-    end_s = CLOSE_TIMEOUT_S
-
     def __init__(self, graph: Graph, spec: RecordSpec, share: Share | None = None) -> None:
         """Create a recorder of what `spec` says, which begins when the graph starts."""
         self._graph, self._spec, self._share = graph, spec, share
         self._clock, self._log = graph.clock, graph.log.bind("busflow")
+        self.end_s = timeouts.current.recording_end
         self._capture = Capture(graph, spec, share, write=self._write, miss=self._miss)
         self._lock = threading.Lock()  # log lines may come from other threads
         self._sequence = 0

@@ -11,12 +11,13 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from busflow import timeouts
 from busflow.errors import RecordingRefused
 from busflow.recording.recorder.capture import Capture
 from busflow.recording.recorder.destination import foresee_snapshots, numbered
 from busflow.recording.recorder.last_moments import Kept, LastMoments
 from busflow.recording.recorder.recording_file import graph_file_maker
-from busflow.recording.recorder.snapshot_file import CLOSE_TIMEOUT_S, SnapshotFile
+from busflow.recording.recorder.snapshot_file import SnapshotFile
 from busflow.runner.extension import Extension
 from busflow.text import printable
 
@@ -62,12 +63,11 @@ class FailureSnapshots:
 class SnapshotRecorder(Extension):
     """Keeps the last moments of a graph."""
 
-    end_s = CLOSE_TIMEOUT_S
-
     def __init__(self, graph: Graph, spec: RecordSpec, snapshot: SnapshotSpec, share: Share | None = None) -> None:
         """Create a recorder that begins to keep messages when the graph starts."""
         self._graph, self._spec, self._snapshot = graph, spec, snapshot
         self._clock, self._log = graph.clock, graph.log.bind("busflow")
+        self.end_s = timeouts.current.snapshot_end
         self._window = LastMoments(snapshot.most_bytes)
         self._capture = Capture(graph, spec, share, write=self._write, miss=self._miss)
         self._lock = threading.Lock()  # log lines may come from other threads
@@ -98,7 +98,7 @@ class SnapshotRecorder(Extension):
         for each in tuple(self._open):
             self._conclude(each)
         for each in tuple(self._open):
-            each.wait(self._on_written, CLOSE_TIMEOUT_S)
+            each.wait(self._on_written, timeouts.current.snapshot_end)
 
     def node_failed(self, failure: Failure) -> None:
         """Write the last moments before a node's failure."""

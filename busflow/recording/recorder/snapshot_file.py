@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.recording.recorder.channels import Announcer
 from busflow.recording.recorder.recording_file import RecordingFile, part_metadata
 from busflow.recording.recorder.spool import MOST_BYTES, Spool, reason_of
@@ -151,7 +152,7 @@ class SnapshotFile:
         self._last_ns = messages[-1].time_ns if messages else 0
 
     def _close(self) -> None:
-        self._is_whole = self._spool.close(CLOSE_TIMEOUT_S) and self._is_whole
+        self._is_whole = self._spool.close(timeouts.current.snapshot_end) and self._is_whole
         if self._spool.failure is not None:
             self.note(reason_of(self._spool.failure))
         elif not self._is_whole:
@@ -165,6 +166,4 @@ class SnapshotFile:
             on_written(self)
 
 
-CLOSE_TIMEOUT_S = 60.0
-"""The time limit for the end of a file: a GiB at 16 MB/s, as on an SD card, take a minute."""
 _TOO_SLOW = "its end could not be written in time"

@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from busflow import timeouts
 from busflow.errors import RecordingRefused
 from busflow.recording.recorder.recording_file import graph_file_maker
 from busflow.recording.recorder.snapshot import SnapshotRecorder
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report
-
-ORDER_TIMEOUT_S = 1.0
-"""The time for which a process that ends after a failure waits for the order to write what it keeps."""
 
 
 class SnapshotShare(SnapshotRecorder):
@@ -65,7 +63,7 @@ class SnapshotShare(SnapshotRecorder):
     def end(self) -> None:
         """Finish the snapshots that are being written, and the one that a failure has just caused."""
         if self._is_waiting:
-            self._ordered.wait(ORDER_TIMEOUT_S)
+            self._ordered.wait(timeouts.current.snapshot_order)
         self._obey()
         super().end()
 

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TypeAlias
 
+from busflow import timeouts
 from busflow.clock import perf_counter
 from busflow.errors import BusflowError
 from busflow.recording.mcap.writer import Payload, size_of
@@ -30,11 +31,6 @@ _MANY_BYTES = 1024 * 1024
 """The number of new bytes that wakes the thread before that."""
 _EACH_BYTES = 256
 """The size that a waiting message counts for beside its bytes."""
-CLOSE_TIMEOUT_S = 5.0
-"""The time limit for the end of a file: `MOST_BYTES` at 16 MB/s, as on an SD card, take four seconds.
-
-A process that waits for a run's end, or ends it by force, allows this time beyond the nodes' grace.
-"""
 
 
 class Spool:
@@ -91,15 +87,15 @@ class Spool:
     def close(self, timeout_s: float | None = None) -> bool:
         """Write what waits and close the file; return False if that failed or took longer than `timeout_s`.
 
-        Without `timeout_s` the limit is `CLOSE_TIMEOUT_S`. With a thread, the data is then safe on the disk. Without a
-        thread it is not synced: a simulated run can be repeated.
+        Without `timeout_s` the limit is `Timeouts.recording_end`. With a thread, the data is then safe on the
+        disk. Without a thread it is not synced: a simulated run can be repeated.
         """
         self._closed = True
         if self._thread is None:
             self._try(self._file.cut)
         else:
             self._arrived.set()
-            self._thread.join(CLOSE_TIMEOUT_S if timeout_s is None else timeout_s)
+            self._thread.join(timeouts.current.recording_end if timeout_s is None else timeout_s)
             if self._thread.is_alive():
                 return False
         self._file.close()

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from busflow import timeouts
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import BagError, IncompleteRecording, LaunchError, NotRunning, ReplayDiffers
 from busflow.interfaces.message import Message
@@ -23,7 +24,7 @@ from busflow.recording.replay.rerun import Rerun
 from busflow.recording.replay.ticks import ComingTicks, ReplayClock
 from busflow.recording.tools.message_diff import Comparison
 from busflow.runner.graph import Graph
-from busflow.runner.loops.virtual import RUN_THREAD_S, VirtualLoop
+from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.loops.virtual_test import run_virtual
 from busflow.runner.service_events import SUFFIX
 from busflow.runner.sources import What
@@ -134,7 +135,7 @@ def replay(
     names = [nodes] if isinstance(nodes, str) else list(nodes)
     with Bag(recording) as bag:
         _refuse_incomplete(bag, allow_incomplete)
-        loop = VirtualLoop(thread_s=RUN_THREAD_S, ends_handlers=False)
+        loop = VirtualLoop(thread_s=timeouts.current.run_thread, ends_handlers=False)
         comparison = _comparison(bag, tolerance, time_tolerance_s)
         main = _replay(bag, what, names, args, comparison, loop=loop, keep=keep, record=record)
         outcome = run_virtual(main, name="replay", loop=loop)

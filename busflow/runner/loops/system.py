@@ -17,12 +17,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeAlias
 
+from busflow import timeouts
+
 LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 
 _SELECT_LIMIT = 1024
 """The highest file descriptor that `select()` takes on Linux is one less."""
-_ANSWER_S = 0.4
-"""Time within which a loop that turns calls what it is given, also on a busy machine."""
 _ONE = (1).to_bytes(8, sys.byteorder)
 SELECTORS: list[type[selectors.BaseSelector]] = [selectors.DefaultSelector, selectors.SelectSelector]
 """Selectors in which an event loop waits on this platform."""
@@ -43,7 +43,7 @@ def answers(loop: asyncio.AbstractEventLoop) -> bool:
     answered = threading.Event()
     with suppress(RuntimeError):  # it is closed
         loop.call_soon_threadsafe(answered.set)
-    return answered.wait(_ANSWER_S)
+    return answered.wait(timeouts.current.loop_answer)
 
 
 class _Loop(asyncio.SelectorEventLoop):

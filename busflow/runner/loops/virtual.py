@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from contextvars import Context
 from typing import Any, TypeAlias, TypeVar, TypeVarTuple, Unpack
 
+from busflow import timeouts
 from busflow.clock import NS_PER_S, perf_counter
 from busflow.errors import Deadlock
 from busflow.runner.loops.endless_calls import EndlessCalls
@@ -37,12 +38,6 @@ _TURNS = 1_000_000
 _THREAD_POLL_S = 0.01
 THREAD_S = 10.0
 """Limit of real time in a test for one call in a worker thread, during which virtual time stands still; a default."""
-RUN_THREAD_S = 60.0
-"""The same limit in a run or a replay, whose nodes may compute longer than those of a test."""
-_FOREIGN_S = 0.05
-"""Real time to wait for threads that the loop did not start, when nothing else can go on."""
-_IO_S = 1.0
-"""Real time to wait for sockets and pipes, when nothing else can go on."""
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
@@ -264,7 +259,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             return self._input.poll(early_s)
         if not self.follows and self._advance():
             return []
-        grace_s = _IO_S if self._has_io() else _FOREIGN_S if self._has_threads() else 0
+        limits = timeouts.current
+        grace_s = limits.idle_sockets if self._has_io() else limits.foreign_threads if self._has_threads() else 0
         if grace_s > 0 and (self._limits or self.follows):
             grace_s = max(0, self._limit_s())  # the next limit says how long to wait; without one it is for ever
         events = self._input.poll(grace_s)

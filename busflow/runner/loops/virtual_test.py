@@ -10,6 +10,7 @@ from contextlib import suppress
 from inspect import iscoroutinefunction, isfunction
 from typing import Any, ParamSpec, TypeVar, overload
 
+from busflow import timeouts
 from busflow.errors import ExitCode, InvalidDeclaration, NotRunning
 from busflow.runner.loops.schedule import Schedule
 from busflow.runner.loops.virtual import HORIZON_S, THREAD_S, VirtualLoop
@@ -18,9 +19,6 @@ from busflow.runner.signals import SignalGuard
 
 P = ParamSpec("P")
 T = TypeVar("T")
-
-STOP_S = 0.75
-"""Real time that a test has to end after Ctrl-C."""
 
 
 def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -> T:
@@ -50,7 +48,7 @@ def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -
             loop.call_soon_threadsafe(lambda: [task.cancel() for task in tasks])
 
     tasks: list[asyncio.Task[Any]] = []
-    guard = SignalGuard(cancel, grace_s=STOP_S, interrupts=True)
+    guard = SignalGuard(cancel, grace_s=timeouts.current.grace, interrupts=True)
     try:
         with guard, asyncio.Runner(loop_factory=lambda: loop) as runner:
             loop.watchers += 1

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
+from busflow import timeouts
 from busflow.actions.names import CANCEL_GOAL, FEEDBACK, GET_RESULT, SEND_GOAL, STATUS, action_of, action_type_of
 from busflow.bus.names import absolute_name, is_hidden
 from busflow.clock import NS_PER_S
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from busflow.wire.client.graph_view import GraphView
 
 _FOREVER_S = 10 * 365 * 86_400
-_LATCHED_S = 2.0
-"""How long to wait for the states that a server keeps."""
 _REFUSALS = {1: "no goal can be canceled", 2: "no goal has this identifier", 3: "the goal has ended already"}
 """Why a cancel was refused, by ROS 2's code."""
 
@@ -166,7 +165,7 @@ class ActionPeer:
         type_, found = known_type(self._peer, "action_msgs/msg/GoalStatusArray"), dict[str, dict[str, Any]]()
         with self._peer.listen(topic, type_) as listener:
             for _ in topic.publishers:
-                received = listener.get(_LATCHED_S)
+                received = listener.get(timeouts.current.latched)
                 for each in () if received is None else type_.decode(received.payload)["status_list"]:
                     stamp = each["goal_info"]["stamp"]
                     accepted_ns = stamp["sec"] * NS_PER_S + stamp["nanosec"]

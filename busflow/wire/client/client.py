@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 import zenoh.ext
 
+from busflow import timeouts
 from busflow.errors import (
     BusflowError,
     InspectionUnavailable,
@@ -51,9 +52,6 @@ if TYPE_CHECKING:
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.wire.machines.remote import RemoteRun
 
-ANSWER_TIMEOUT_S = 5.0
-_SETTLE_S = 2.0
-"""How long a client that is going to publish waits for a process whose loop is blocked."""
 _TIMED_OUT = b"Timeout"
 """Zenoh's own error reply."""
 _DESCRIPTIONS = "type_description_interfaces/srv/GetTypeDescription"
@@ -78,12 +76,12 @@ class ServiceKind:
 class Peer:
     """A client of a run."""
 
-    def __init__(self, run: FoundRun | RemoteRun, *, patience_s: float = ANSWER_TIMEOUT_S) -> None:
+    def __init__(self, run: FoundRun | RemoteRun, *, patience_s: float | None = None) -> None:
         """Join a run; use `join`, which leaves it again.
 
         Args:
             run: the run.
-            patience_s: how long to wait for an answer, also for the first one.
+            patience_s: how long to wait for an answer, also for the first one; None for the usual time.
 
         Raises:
             InspectionUnavailable: no process answers there.
@@ -93,8 +91,8 @@ class Peer:
         """Why the main process has not answered the last question, while others of the run have; else empty."""
         self.on_silence: Callable[[str], object] = lambda _text: None
         """Called with this text when the main process falls silent."""
-        self.session: zenoh.Session = run.open(patience_s)
-        self._patience_s = patience_s
+        self._patience_s = timeouts.current.answer if patience_s is None else patience_s
+        self.session: zenoh.Session = run.open(self._patience_s)
         self._zid = str(self.session.info.zid())
         self._name = f"_busflow_cli_{os.getpid()}"
         self._ids = count(1)  # whose next is one step, so that ends may begin in several threads
@@ -341,7 +339,7 @@ class Peer:
         A query does not overtake messages either: once it is answered, all that was published before has arrived. The
         end of a token or of a session does overtake them, and large ones would be lost.
         """
-        for _ in self._replies("run", {}, _SETTLE_S):
+        for _ in self._replies("run", {}, timeouts.current.settled):
             pass
 
     def service(self, name: str, *, events: bool = False) -> ServiceKind:
@@ -451,7 +449,7 @@ def run_called(name: str | None) -> FoundRun | RemoteRun:
 
 
 @contextmanager
-def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Generator[Peer]:
+def join(name: str | None = None, *, patience_s: float | None = None) -> Generator[Peer]:
     """Join a run while the block lasts; without a name, the only one there is.
 
     It waits for `patience_s` at most for each answer.

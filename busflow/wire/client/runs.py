@@ -8,6 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.clock import perf_counter
 from busflow.errors import InspectionUnavailable
 from busflow.wire.zenoh.run_directory import FoundRun, runs
@@ -16,9 +17,6 @@ from busflow.wire.zenoh.session import require_zenoh
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
     from busflow.wire.machines.remote import RemoteRun
-
-PATIENCE_S = 1.0
-"""How long a run may take to answer. An idle run needs a millisecond; a list must not wait for a hanging one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +86,7 @@ class PresentRun:
         )
 
 
-def ask_runs(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
+def ask_runs(patience_s: float | None = None) -> Iterator[PresentRun]:
     """Ask every run of this user for its state, the oldest first.
 
     Raises:
@@ -98,13 +96,13 @@ def ask_runs(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
         yield ask_run(run, patience_s)
 
 
-def ask_run(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRun:
+def ask_run(run: FoundRun | RemoteRun, patience_s: float | None = None) -> PresentRun:
     """Ask one run for its state."""
     try:
         require_zenoh()
         from busflow.wire.client.client import Peer
 
-        with closing(Peer(run, patience_s=patience_s)) as peer:
+        with closing(Peer(run, patience_s=timeouts.current.present if patience_s is None else patience_s)) as peer:
             return ask_peer(peer)
     except InspectionUnavailable as error:
         return PresentRun(run, silence=str(error))

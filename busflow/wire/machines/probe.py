@@ -8,6 +8,7 @@ import ssl
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from busflow import timeouts
 from busflow.launchfile.check.credentials import EXPIRED, OTHER_HOST, TOO_EARLY, common_name
 from busflow.launchfile.model.network import TLS
 
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.credentials import Credentials
     from busflow.launchfile.model.network import NetworkAddress
 
-_PATIENCE_S = 2.0
-_ALERT_S = 0.5
-"""A machine reports after the handshake that it refuses our certificate."""
 _ALERTS = {
     "UNKNOWN_CA": "it does not trust our certificate, which another authority than its own has made",
     "CERTIFICATE_EXPIRED": "our certificate has expired",
@@ -36,7 +34,7 @@ async def why_not_linked(end: NetworkAddress, credentials: Credentials | None, m
         machine: its name, which its certificate must have.
     """
     try:
-        async with asyncio.timeout(_PATIENCE_S):
+        async with asyncio.timeout(timeouts.current.machine_probe):
             return await _tried(end, credentials, machine)
     except ssl.SSLCertVerificationError as error:
         return _distrust(error, end)
@@ -67,7 +65,7 @@ async def _tried(end: NetworkAddress, credentials: Credentials | None, machine: 
             if owner != machine:
                 return f"what listens at {end} is {owner or 'a program without a name'}, not {machine}"
         with suppress(TimeoutError):
-            async with asyncio.timeout(_ALERT_S):
+            async with asyncio.timeout(timeouts.current.machine_alert):
                 if not await reader.read(1):  # a machine that accepts us waits for our first message
                     return f"what listens at {end} ends the connection"
         return ""

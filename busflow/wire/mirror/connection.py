@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from busflow import timeouts
 from busflow.clock import sleep
 from busflow.wire.zenoh.keys import DOMAIN, topic_key
 from busflow.wire.zenoh.sender import LARGE
@@ -21,13 +22,6 @@ if TYPE_CHECKING:
     from busflow.wire.shared_memory.arena import Arenas
     from busflow.wire.shared_memory.neighbours import MemoryNeighbours
     from busflow.wire.zenoh.sender import SenderThread
-
-_LAST_S = 0.5
-"""How long each thread may take for what was handed to it last, where a reader has stopped."""
-_OVERTAKEN_S = 0.05
-"""How long large messages that Zenoh has accepted get to leave. Its word that a session ends overtakes up to a megabyte
-of them, and nothing says whether any are left (measured: one in five of the last messages was lost without this time).
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +53,9 @@ class Connection:
     def finish(self) -> None:
         """Wait until what was published and answered last has left, before the session closes."""
         for thread in (self.sender, self.replier):
-            thread.finish(_LAST_S)
+            thread.finish(timeouts.current.last_messages)
         if max(self.sender.largest, self.replier.largest) >= LARGE:
-            sleep(_OVERTAKEN_S)
+            sleep(timeouts.current.overtaken)
 
 
 def decoded(payload: zenoh.ZBytes, support: TypeSupport) -> Message:

@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
+from busflow import timeouts
 from busflow.wire.zenoh.keys import QUERY_PREFIX
 from busflow.wire.zenoh.sender import DEPTH, MOST_BYTES
 
 if TYPE_CHECKING:
     from busflow.wire.mirror.burst import Signed
     from busflow.wire.mirror.connection import Connection
-
-_PATIENCE_S = 1.0
-"""How long to wait for an answer of a process whose loop is blocked."""
 
 
 class HeldMessages:
@@ -48,7 +46,7 @@ class HeldMessages:
             congestion_control=zenoh.CongestionControl.DROP,
             consolidation=zenoh.ConsolidationMode.NONE,
             allowed_destination=zenoh.Locality.REMOTE,
-            timeout=_PATIENCE_S,
+            timeout=timeouts.current.held_messages,
         )
 
     def add(self, payload: bytes, attachment: bytes) -> None:

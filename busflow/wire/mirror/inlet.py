@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 import zenoh.ext
 
+from busflow import timeouts
 from busflow.bus.dispatcher import QUANTUM
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.publisher import Publisher
@@ -49,15 +50,10 @@ _BULKY_RING = 16
 """Number for images, clouds and maps: 256 of them would take gigabytes."""
 _MOST_RING = 4096
 """The largest number, for subscriptions with a large depth."""
-_BUSY_S = 0.1
-"""Time after which a loop that has not emptied the buffer counts as busy: then the buffer is limited in bytes too."""
 _BATCH = 8
 """Number of messages that are published before the handlers run, if every queue has room for them."""
 _DEEP_BATCH = 32
 """The same where every queue is empty and has room for twice as many: handlers that are slow lose none of them."""
-_PATIENCE_S = 5.0
-_LEAVE_DELAY_S = 0.05
-"""Time before a publisher is removed after its token's end: its last messages may still be in the buffer."""
 _MOST_DELAYS = 20
 """Limit of such times in a row; each but the first follows one in which a message of the publisher arrived."""
 _MOST_DEPTH = 10_000
@@ -145,7 +141,7 @@ class Inlet:
         publisher = self._publishers.get(token.gid)
         seen = 0 if publisher is None else publisher.published
         loop = asyncio.get_running_loop()
-        loop.call_later(_LEAVE_DELAY_S, self._leave, token, publisher, seen, then, delays_left)
+        loop.call_later(timeouts.current.departure, self._leave, token, publisher, seen, then, delays_left)
 
     def _leave(
         self, token: Token, publisher: Publisher[Any] | None, seen: int, then: Callable[[], None], delays_left: int
@@ -183,7 +179,7 @@ class Inlet:
         self._late_joiners.close()
         self._subscriber.undeclare()
         self._resume_thread()
-        self._thread.join(_PATIENCE_S)
+        self._thread.join(timeouts.current.inlet_end)
         for gid in tuple(self._publishers):
             self._expel(gid)
 
@@ -194,7 +190,7 @@ class Inlet:
         try:
             while not self._closed:
                 self._on_loop(self._begin, self._buffer.wait())
-                while not self._emptied.acquire(timeout=_BUSY_S):
+                while not self._emptied.acquire(timeout=timeouts.current.busy_loop):
                     if self._buffer.limit():
                         what = f"messages on {self._topic.name} from other processes are dropped"
                         self._on_loop(self._log.warning, f"{what}: more than {LARGEST >> 20} MiB of them wait")

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
 
+from busflow import timeouts
 from busflow.bus.publisher import Publisher
 from busflow.clock import NS_PER_S
 from busflow.errors import MalformedMessage
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.arrivals import Arrivals
     from busflow.wire.mirror.connection import Connection
 
-_PATIENCE_S = 2.0
-"""How long publishers may take to answer; then a late joiner gets the kept messages that have arrived by then."""
 _MOST_MESSAGES = 10_000
 """Limit of the kept messages accepted from one query, and of the new messages that wait in a gate.
 
@@ -149,7 +148,7 @@ class LateJoiners:
             consolidation=zenoh.ConsolidationMode.NONE,
             accept_replies=zenoh.ReplyKeyExpr.ANY,
             allowed_destination=zenoh.Locality.REMOTE,
-            timeout=_PATIENCE_S,
+            timeout=timeouts.current.kept_messages,
         )
 
     def _answered(self, gate: Gate, asked: Collection[bytes], found: Collection[tuple[bytes, zenoh.ZBytes]]) -> None:

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.clock import perf_counter, sleep
 
 if TYPE_CHECKING:
@@ -15,10 +16,6 @@ if TYPE_CHECKING:
 
 _LEAST_MESSAGES = 4
 """An arena with room for fewer messages than this is replaced by a larger one."""
-_PATIENCE_S = 0.3
-"""How long a message waits for readers that are behind. No message waits for a reader that reads nothing in this time,
-until that reader has caught up.
-"""
 _PAUSE_S = 0.0002
 
 
@@ -69,7 +66,7 @@ class MemoryWriter:
         return arena.write(pieces, size)
 
     def _wait(self, arena: Arena, size: int) -> None:
-        until = perf_counter() + _PATIENCE_S
+        until = perf_counter() + timeouts.current.slow_reader
         while behind := arena.behind(self._readers, size):
             self._stalled &= behind
             if behind == self._stalled:

@@ -11,6 +11,8 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
+from busflow import timeouts
+
 LARGE = 48 * 1024
 """Payloads of this size and more leave through the sender, in bytes; Zenoh itself cuts payloads beyond 64 KiB. They go
 through shared memory if they can: at 32 KiB that costs as much CPU as the link (measured), at 64 KiB less.
@@ -21,7 +23,6 @@ MOST_BYTES = 64 * 1024 * 1024
 """The same limit in bytes; a larger payload waits alone."""
 LARGEST = 256 * 1024 * 1024
 """Limit of one payload in bytes. Zenoh takes so long to cut a larger one that the link counts as dead."""
-_PATIENCE_S = 5.0
 
 
 class SenderThread:
@@ -78,7 +79,7 @@ class SenderThread:
                 self._drop_oldest()
             self._arrived.notify()
         if self._thread is not None:
-            self._thread.join(_PATIENCE_S)
+            self._thread.join(timeouts.current.sender_end)
 
     def _drop_oldest(self) -> None:
         size, _ = self._work.popleft()

@@ -20,6 +20,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.errors import InspectionUnavailable
 from busflow.text import printable
 
@@ -30,10 +31,6 @@ if TYPE_CHECKING:
 
 SOCKET = "main.sock"
 """The main process's socket in the run's directory."""
-LEASE_MS = 1600
-"""Time after which a hanging process counts as gone; it has to be reported within two seconds. Zenoh sends four
-keep-alives in this time, from threads that need neither the event loop nor the interpreter's lock.
-"""
 _RX_BUFFER = 1 << 20
 """Size of the receive buffer in bytes: from 64 KB a message, five to nine times the throughput of Zenoh's default
 (measured).
@@ -189,7 +186,7 @@ def _settings(own: Sequence[str], others: Sequence[str], patience_s: float = 5.0
         "transport/unicast/open_timeout": round(patience_s * 1000),
         "transport/link/rx/buffer_size": _RX_BUFFER,
         "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": _PATIENCE_US,
-        "transport/link/tx/lease": LEASE_MS,
+        "transport/link/tx/lease": round(timeouts.current.lease * 1000),
         "transport/shared_memory/enabled": False,
     }
 

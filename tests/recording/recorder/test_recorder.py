@@ -40,7 +40,6 @@ from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.offered_qos import offered
-from busflow.recording.recorder import spool
 from busflow.recording.recorder.destination import Destination
 from busflow.recording.recorder.share import Share
 from busflow.recording.recorder.ticks import TICKS, Tick
@@ -455,11 +454,11 @@ async def test_a_truncated_file_is_not_complete(tmp_path):
 
 
 @real_time
-async def test_messages_that_a_slow_disk_keeps_are_missed(tmp_path, monkeypatch):
+async def test_messages_that_a_slow_disk_keeps_are_missed(tmp_path, monkeypatch, limits):
     free = threading.Event()
     write = Destination.write
     async with busflow.launch(Counter, record=tmp_path / "run.mcap") as graph:
-        monkeypatch.setattr(spool, "CLOSE_TIMEOUT_S", 0.05)
+        limits(recording_end=0.05)
         monkeypatch.setattr(Destination, "write", lambda self, data: free.wait(30) and write(self, data))
         await anext(graph.subscribe(Count, "count"))
     outcome = graph.report().recording

@@ -5,10 +5,10 @@ import threading
 
 import pytest
 
+from busflow import timeouts
 from busflow.recording.bag.bag import Bag
 from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.player.player import Player
-from busflow.recording.recorder import spool as spool_module
 from busflow.recording.recorder.destination import Destination
 from busflow.recording.recorder.recorder import record_graph
 from busflow.recording.recorder.recording_file import RecordingFile
@@ -138,8 +138,8 @@ def test_without_a_thread_message_times_end_the_chunks(disk):
 
 
 @pytest.mark.parametrize("error", [None, OSError(errno.EIO, "broken")])
-def test_file_is_closed_after_close_timed_out(disk, monkeypatch, error):
-    monkeypatch.setattr(spool_module, "CLOSE_TIMEOUT_S", 0.05)
+def test_file_is_closed_after_close_timed_out(disk, limits, error):
+    limits(recording_end=0.05)
     spool = spool_on(disk)
     disk.free.clear()
     spool.put(1, 1, 1, b"x")
@@ -150,13 +150,13 @@ def test_file_is_closed_after_close_timed_out(disk, monkeypatch, error):
     assert disk.closed.wait(LONG_S)
 
 
-def test_close_waits_for_a_stalled_disk_until_timeout(disk, monkeypatch):
-    monkeypatch.setattr(spool_module, "CLOSE_TIMEOUT_S", 0.05)
+def test_close_waits_for_a_stalled_disk_until_timeout(disk, limits):
+    limits(recording_end=0.05)
     spool = spool_on(disk)
     disk.free.clear()
     spool.put(1, 1, 1, b"x")
     assert not spool.close()
-    monkeypatch.setattr(spool_module, "CLOSE_TIMEOUT_S", LONG_S)
+    limits(recording_end=LONG_S)
     disk.free.set()
     assert spool.close()
 
@@ -164,7 +164,7 @@ def test_close_waits_for_a_stalled_disk_until_timeout(disk, monkeypatch):
 def test_a_recorded_runs_end_allows_the_spools_timeout(tmp_path):
     graph = Graph([Player(file=tmp_path / "none.mcap")])
     record_graph(graph, str(tmp_path / "run.mcap"))
-    assert graph.end_s == spool_module.CLOSE_TIMEOUT_S
+    assert graph.end_s == timeouts.current.recording_end
 
 
 @pytest.mark.parametrize("threaded", [True, False])

@@ -408,17 +408,18 @@ async def test_time_moves_for_a_waiting_worker():
 
 
 @virtual_time
-async def test_another_thread_can_wake_the_loop():
+async def test_another_thread_can_wake_the_loop(limits):
     """A thread that nobody awaits: time does not wait for it, but nothing is a deadlock while it lives."""
+    limits(foreign_threads=math.inf)
     loop, event = asyncio.get_running_loop(), asyncio.Event()
     threading.Timer(0.005, loop.call_soon_threadsafe, [event.set]).start()
     await event.wait()
     assert now_ns() == 0
 
 
-def test_loop_end_waits_for_the_executor(recwarn, monkeypatch):
+def test_loop_end_waits_for_the_executor(recwarn, limits):
     """Its thread is joined in a thread of asyncio's own, under a timeout that must not be virtual."""
-    monkeypatch.setattr("busflow.runner.loops.virtual._FOREIGN_S", 0)
+    limits(foreign_threads=0)
 
     async def main():
         worked = []
@@ -448,8 +449,8 @@ async def test_sockets_work_and_take_no_time():
     assert now_ns() == 0
 
 
-def test_silent_peer_ends_as_a_deadlock(monkeypatch):
-    monkeypatch.setattr("busflow.runner.loops.virtual._IO_S", 0.01)
+def test_silent_peer_ends_as_a_deadlock(limits):
+    limits(idle_sockets=0.01)
 
     async def main():
         ours, theirs = socket.socketpair()

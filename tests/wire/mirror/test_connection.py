@@ -11,16 +11,7 @@ from tests.wire.conftest import Robot
 
 PATIENCE_S = 60.0
 
-PATIENT = """
-from busflow.runner import graph
-from busflow.wire.mirror import connection
-
-graph.GRACE_S = connection._LAST_S = 20.0
-connection._OVERTAKEN_S = 0.5
-"""
-"""What lets the end of a run take as long as its reader needs, on however slow a machine."""
-
-CAMERA = f"""{PATIENT}
+CAMERA = """
 class Camera(Node):
     images = publisher(Image, "images")
 
@@ -35,7 +26,7 @@ class Camera(Node):
             self.images.publish(self.last)
 """
 
-LIBRARY = f"""{PATIENT}
+LIBRARY = """
 import signal
 
 from busflow.msgs.std_srvs import Trigger

@@ -115,8 +115,8 @@ def test_process_without_access_gets_messages_whole(directory, capsys):
     assert capsys.readouterr().err.count(warned) == 1
 
 
-def test_message_that_was_overwritten_is_lost(directory, monkeypatch):
-    monkeypatch.setattr("busflow.wire.shared_memory.writer._PATIENCE_S", 0.0)
+def test_message_that_was_overwritten_is_lost(directory, limits):
+    limits(slow_reader=0.0)
 
     async def talk():
         async with pair(directory) as made:

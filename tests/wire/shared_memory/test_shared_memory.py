@@ -1,5 +1,6 @@
 """Arenas, their writers and readers, here and in another process: `place.py`, `arena.py`, `writer.py`, `reader.py`."""
 
+import math
 import mmap
 import os
 import platform
@@ -156,8 +157,8 @@ def test_another_process_reads_and_marks_its_progress():
     assert not writer.is_ready(200_000), "the child reads no more"
 
 
-def test_reader_of_many_messages_loses_none(monkeypatch):
-    monkeypatch.setattr("busflow.wire.shared_memory.writer._PATIENCE_S", PATIENCE_S)  # however slow the machine
+def test_reader_of_many_messages_loses_none(limits):
+    limits(slow_reader=math.inf)
     writer, size, count = MemoryWriter(Arenas()), 50_000, 2000
     writer.share({"child"})
     pieces = [bytes(size)]
