@@ -138,7 +138,7 @@ def _answer(arguments: list[str]) -> int:
 
 def _invoke(root: Root, context: click.Context, *, as_json: bool) -> int:
     try:
-        import busflow.timeouts as _  # a wrong limit in the environment is an error of each command
+        import busflow.timeouts as _  # noqa: F401  # a wrong limit in the environment is an error of each command
 
         return int(root.invoke(context) or ExitCode.OK)
     except BusflowError as error:
