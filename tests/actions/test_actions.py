@@ -5,7 +5,6 @@ Tests of `accounts.py`, `declarations.py`, `endpoints.py`, `goal.py`, `identifie
 """
 
 import asyncio
-import re
 
 import pytest
 
@@ -29,21 +28,15 @@ def declared(**options):
 
 
 @pytest.mark.parametrize(
-    ("options", "why"),
-    [
-        ({"when_busy": "quue"}, "when_busy='quue'): did you mean 'queue'?"),
-        ({"at_most": 0}, "at_most=…) is a whole number from 1, got 0"),
-        ({"at_most": True}, "at_most=…) is a whole number from 1, got True"),
-        ({"cancel_within": 0}, "cancel_within=…) is a number of seconds above 0, got 0"),
-    ],
+    "options", [{"when_busy": "quue"}, {"at_most": 0}, {"at_most": True}, {"cancel_within": 0}], ids=str
 )
-def test_impossible_option_is_refused(options, why):
-    with pytest.raises(InvalidDeclaration, match=re.escape(why)):
+def test_impossible_option_is_refused(options, golden):
+    with golden.raises(InvalidDeclaration):
         declared(**options)
 
 
-def test_plain_handler_is_refused_with_the_reason():
-    with pytest.raises(InvalidDeclaration, match="because a cancel reaches a handler where it awaits: write async def"):
+def test_plain_handler_is_refused_with_the_reason(golden):
+    with golden.raises(InvalidDeclaration):
 
         class Plain(Node):
             @action(MoveTo, "~/move")
@@ -51,40 +44,39 @@ def test_plain_handler_is_refused_with_the_reason():
                 return MoveTo.Result()
 
 
-def test_handler_without_a_goal_is_refused():
-    with pytest.raises(InvalidDeclaration, match="@action calls move with the node and the goal: write async def move"):
+def test_handler_without_a_goal_is_refused(golden):
+    with golden.raises(InvalidDeclaration):
 
         @action(MoveTo, "~/move")
         async def move(_self) -> MoveTo.Result:
             return MoveTo.Result()
 
 
-def test_async_question_is_refused():
-    with pytest.raises(InvalidDeclaration, match=r"@move.accepts asks a plain method, which answers at once"):
+def test_async_question_is_refused(golden):
+    with golden.raises(InvalidDeclaration):
 
         @declared().accepts
         async def reachable(_self, _request: MoveTo.Goal) -> bool:
             return True
 
 
-@pytest.mark.parametrize("wrong", [Trigger, MoveTo.Goal, 3])
-def test_type_that_is_no_action_is_refused(wrong):
-    with pytest.raises(InvalidDeclaration, match="@action needs an action type, a class derived from ActionType"):
+@pytest.mark.parametrize("wrong", [Trigger, MoveTo.Goal, 3], ids=["service", "message", "number"])
+def test_type_that_is_no_action_is_refused(wrong, golden):
+    with golden.raises(InvalidDeclaration):
         action(wrong, "move")
-    with pytest.raises(InvalidDeclaration, match="action_client needs an action type"):
+    with golden.raises(InvalidDeclaration):
         action_client(wrong, "move")
 
 
-def test_name_that_is_no_text_is_refused():
-    with pytest.raises(InvalidDeclaration, match=r"@action\(MoveTo, …\) needs the action's name, a text, not None"):
+def test_name_that_is_no_text_is_refused(golden):
+    with golden.raises(InvalidDeclaration):
         action(MoveTo)
 
 
 def test_two_servers_of_an_action_are_refused():
-    with pytest.raises(
-        LaunchError, match=r"Second.move of /second serves /arm/move, which Arm.move of /arm serves alr"
-    ):
+    with pytest.raises(LaunchError) as caught:
         asyncio.run(busflow.launch(Arm, _same_name()).start())
+    assert [each.code for each in caught.value.problems] == ["two-servers"]
 
 
 def _same_name():
@@ -150,7 +142,7 @@ async def test_harness_sends_goals_from_outside():
         async with lab.action_client(MoveTo, "arm/move").send(MoveTo.Goal(angle=9)) as going:
             await lab.advance(1)
             await going.cancel()
-        with pytest.raises(IncompatibleType, match="is a my_robot/action/MoveTo, not a my_robot/action/Other"):
+        with pytest.raises(IncompatibleType, match=r"my_robot/action/MoveTo, .* my_robot/action/Other"):
             lab.action_client(Other, "arm/move")
 
 
@@ -215,29 +207,15 @@ class Second(Node):
 
 
 @pytest.mark.parametrize(
-    ("what", "place", "said", "fix"),
+    "what",
     [
-        (
-            'action_client(MoveTo, "arm/mov")',
-            "graph.yaml:5:3",
-            "Second.move of /second sends goals to /arm/mov, which has no server",
-            "did you mean '/arm/move'?",
-        ),
-        (
-            'action_client(Other, "arm/move")',
-            "second.py:8:5",
-            "Second.move uses the action /arm/move as my_robot/action/Other, but Arm.move uses it as {MOVE_TO}",
-            "use one type on both ends, or remap one of them: remap: {arm/move: another_name}",
-        ),
-        (
-            'action(MoveTo, "/arm/move")(Arm.move.function)',
-            "graph.yaml:5:3",
-            "Second.move of /second serves /arm/move, which Arm.move of /arm serves already",
-            "remap one of them: remap: {/arm/move: another_name}",
-        ),
+        'action_client(MoveTo, "arm/mov")',
+        'action_client(Other, "arm/move")',
+        'action(MoveTo, "/arm/move")(Arm.move.function)',
     ],
+    ids=["no-server", "other-type", "two-servers"],
 )
-def test_check_finds_mistakes_with_their_places(tmp_path, monkeypatch, what, place, said, fix):
+def test_check_finds_mistakes_with_their_places(tmp_path, monkeypatch, golden, what):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "second.py").write_text(SECOND.format(what=what))
     source = "from tests.actions import conftest\n\n\nclass Arm(conftest.Arm):\n    'An arm.'\n"
@@ -245,5 +223,4 @@ def test_check_finds_mistakes_with_their_places(tmp_path, monkeypatch, what, pla
     text = "plugins: [.]\nnodes:\n  arm:\n    plugin: arm\n  second: {plugin: second}\n"
     (tmp_path / "graph.yaml").write_text(text)
     problems = [each for each in busflow.launch("graph.yaml").plan().problems if each.severity is not Severity.INFO]
-    expected = said.replace("{MOVE_TO}", "my_robot/action/MoveTo")
-    assert [(str(each.place), each.message, each.fix) for each in problems] == [(place, expected, fix)]
+    golden("\n".join(each.render() for each in problems))

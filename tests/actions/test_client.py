@@ -139,7 +139,7 @@ async def test_cancel_of_an_ended_goal_is_false():
 @virtual_time
 async def test_missing_server_is_said_at_once():
     async with harness(Boss) as lab:
-        with pytest.raises(ActionUnavailable, match="/arm/move has no server; start a node that serves it"):
+        with pytest.raises(ActionUnavailable, match=r"^/arm/move "):
             await lab.node(Boss).move.run(MoveTo.Goal())
         with pytest.raises(ActionUnavailable):
             await lab.node(Boss).move.ready(timeout=1)
@@ -163,32 +163,32 @@ class Leaving(Node):
 @virtual_time
 async def test_server_gone_after_accepting_is_said():
     async with harness(Leaving, Boss) as lab:
-        with pytest.raises(ActionGone, match=r"/arm/move: its server ended before the goal .* had"):
+        with pytest.raises(ActionGone, match=r"^/arm/move: "):
             await lab.node(Boss).move.run(MoveTo.Goal())
 
 
 @virtual_time
 async def test_goal_of_another_type_is_refused():
     async with harness(Arm, Boss) as lab:
-        with pytest.raises(IncompatibleType, match=r"Boss.move sends /arm/move a my_robot/action/MoveTo_Goal, not 3"):
+        with pytest.raises(IncompatibleType, match=r"^Boss.move .* /arm/move .* my_robot/action/MoveTo_Goal, .* 3$"):
             await lab.node(Boss).move.run(3)
 
 
 @virtual_time
-async def test_result_is_known_in_the_block_only():
+async def test_result_is_known_in_the_block_only(golden):
     async with harness(Arm, Boss) as lab:
         going = lab.node(Boss).move.send(MoveTo.Goal())
-        with pytest.raises(NotRunning, match="is sent by `async with`"):
+        with golden.raises(NotRunning, mask={r"[0-9a-f]{8}-[0-9a-f-]*": "ID"}):
             await going.result()
         async with going:
             await going.result()
-        with pytest.raises(NotRunning, match="was sent already"):
+        with golden.raises(NotRunning, mask={r"[0-9a-f]{8}-[0-9a-f-]*": "ID"}):
             async with going:
                 pass
 
 
 @virtual_time
-async def test_circle_of_goal_and_call_is_named():
+async def test_circle_of_goal_and_call_is_named(golden):
     class Circular(Node):
         move = action_client(MoveTo, "~/move_it")
         ask = client(Trigger, "~/ask")
@@ -204,11 +204,7 @@ async def test_circle_of_goal_and_call_is_named():
             return Trigger.Response()
 
     async with harness(Circular) as lab:
-        circle = (
-            "/circular/ask waits for /circular/move_it/_action/get_result, which waits for a goal of "
-            "/circular/move_it, which waits"
-        )
-        with pytest.raises(ServiceFailed, match=circle):
+        with golden.raises(ServiceFailed, mask={r" \(.*:\d+:\d+\)": ""}):
             await lab.call(Trigger, "circular/ask", timeout=None)
         assert balanced(lab)
 

@@ -91,15 +91,15 @@ def test_action_is_described_as_ros_describes_it(tmp_path):
     assert [field["name"] for field in feedback["type_description"]["fields"]] == ["goal_id", "feedback"]
 
 
-def test_file_is_read_when_its_type_is_needed(tmp_path):
+def test_file_is_read_when_its_type_is_needed(tmp_path, golden):
     write(tmp_path, {"p/msg/Good.msg": "int8 a", "p/msg/Bad.msg": "nonsense"})
     library = Library([tmp_path])
     assert library.names == ["p/msg/Bad", "p/msg/Good"]
     assert library.description("p/msg/Good")["type_description"]["type_name"] == "p/msg/Good"
-    assert f"{tmp_path}/p/msg/Bad.msg:1:9: error: this field has no name" in refusal(library, "p/msg/Bad")
+    golden(refusal(library, "p/msg/Bad"), mask={str(tmp_path): ""})
 
 
-def test_unknown_types_within_are_named_at_their_place(tmp_path):
+def test_unknown_types_within_are_named_at_their_place(tmp_path, golden):
     files = {
         "p/msg/A.msg": "int8 a\nsensor_msgs/Imuu imu",
         "p/msg/B.msg": "other_msgs/Thing thing",
@@ -109,36 +109,26 @@ def test_unknown_types_within_are_named_at_their_place(tmp_path):
         "p/msg/Self.msg": "Self[] inner",
     }
     library = Library([write(tmp_path, files)])
-    at = f"{tmp_path}/p/msg"
-    assert refusal(library, "p/msg/A").startswith(f"{at}/A.msg:2:1: error: there is no message 'sensor_msgs/Imuu'")
-    assert "did you mean 'sensor_msgs/Imu'?" in refusal(library, "p/msg/A")
-    assert refusal(library, "p/msg/B").startswith(
-        f"{at}/B.msg:1:1: error: no package 'other_msgs' has definitions here"
-    )
-    assert refusal(library, "p/msg/C").startswith(f"{at}/C.msg:1:1: error: there is no message 'p/Header'")
-    assert "did you mean 'std_msgs/Header'?" in refusal(library, "p/msg/C")
-    cycle = f"{at}/Ring.msg:1:1: error: p/msg/Loop holds itself: p/msg/Loop in p/msg/Ring in p/msg/Loop"
-    assert refusal(library, "p/msg/Loop").startswith(cycle)
-    assert refusal(library, "p/msg/Loop").endswith("fix: hold its number or name in its place")
-    assert refusal(library, "p/msg/Self").startswith(f"{at}/Self.msg:1:1: error: p/msg/Self holds itself")
+    for name in ("A", "B", "C", "Loop", "Self"):
+        golden(refusal(library, f"p/msg/{name}"), name, mask={str(tmp_path): ""})
 
 
-def test_file_that_names_no_type_is_said(tmp_path):
+def test_file_that_names_no_type_is_said(tmp_path, golden):
     write(tmp_path, {"p/msg/my_grip.msg": "int8 a", "q/msg/Arm.msg": "int8 a", "q/msg/2D.msg": "int8 a"})
     library = Library([tmp_path])
-    said = f"{tmp_path}/p/msg/my_grip.msg defines no type: name it in letters and digits, a capital first"
-    assert all(refusal(library, f"p/msg/{each}").startswith(said) for each in ("my_grip", "MyGrip"))
-    assert library.unreadable("p").startswith(said)
+    assert refusal(library, "p/msg/MyGrip") == refusal(library, "p/msg/my_grip")
+    golden(refusal(library, "p/msg/my_grip"), mask={str(tmp_path): ""})
+    golden(library.unreadable("p"), "of the package", mask={str(tmp_path): ""})
     assert (library.unreadable("q"), library.unreadable("q/msg/Arm")) == ("", "")
 
 
-def test_unknown_and_idl_types_are_refused_in_words(tmp_path):
+def test_unknown_and_idl_types_are_refused_in_words(tmp_path, golden):
     write(tmp_path, {"p/msg/Grip.msg": "int8 a", "p/msg/Odd.idl": "module p {};"})
     library = Library([tmp_path])
-    assert "did you mean 'p/msg/Grip'?" in refusal(library, "p/msg/Gripp")
-    assert refusal(library, "p/msg/Odd").startswith("p/msg/Odd is defined in an .idl file alone")
-    assert library.unreadable("p/Odd").startswith("p/Odd is defined in an .idl file alone")
+    for name in ("p/msg/Gripp", "p/msg/Odd"):
+        golden(refusal(library, name), name)
+    assert "q/msg/Grip" in refusal(library, "q/msg/Grip")
+    assert library.unreadable("p/Odd").startswith("p/Odd ")
     assert (library.unreadable("p"), library.unreadable("p/msg/Gripp"), library.unreadable("q")) == ("", "", "")
-    assert "no type 'q/msg/Grip'" in refusal(library, "q/msg/Grip")
     (tmp_path / "p/msg/Grip.msg").unlink()
-    assert "Grip.msg cannot be read" in refusal(library, "p/msg/Grip")
+    assert "Grip.msg" in refusal(library, "p/msg/Grip")
