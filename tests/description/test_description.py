@@ -16,6 +16,7 @@ from busflow.description.urdf import MOST_MIMICS, MOST_PARTS, MOST_PROBLEMS, rea
 from busflow.description.xml_file import MOST_BYTES, MOST_DEPTH
 from busflow.errors import LaunchError, NoSuchTarget, Problem
 from busflow.launchfile.load.load import load
+from tests.golden import Golden
 
 LAUNCH = """\
 nodes:
@@ -46,140 +47,54 @@ MESH = '<link name="extra"><visual><geometry><mesh filename="{}"/></geometry></v
     name="extra", ends="base extra"
 )
 
-BROKEN: dict[str, tuple[str, str, str]] = {
-    "an open element": ("<robot>\n<link name='a'>\n</@robot>", "mismatched tag", "link of line 2 is still open"),
-    "an empty file": ("@", "no element found", ""),
-    "a DOCTYPE": (
-        "<!DOCTYPE r @[<!ENTITY a SYSTEM '/etc/passwd'>]>\n<robot>&a;</robot>",
-        "may define entities",
-        "remove",
+BROKEN: dict[str, str] = {
+    "an open element": "<robot>\n<link name='a'>\n</@robot>",
+    "an empty file": "@",
+    "a DOCTYPE": "<!DOCTYPE r @[<!ENTITY a SYSTEM '/etc/passwd'>]>\n<robot>&a;</robot>",
+    "an entity": "<robot>\n@&secret;</robot>",
+    "a world": "<@sdf/>",
+    "xacro": robot('<@xacro:include filename="a.xacro"/>'),
+    "no link": "<@robot name='r'/>",
+    "a link without a name": robot(joint(), WRIST, "<@link/>"),
+    "two links of a name": robot(joint(), WRIST, '<link name="@arm"/>'),
+    "two joints of a name": robot(joint(), joint(name="@elbow", ends="arm hand")),
+    "a joint without a type": robot('<@joint name="elbow"><parent link="base"/><child link="arm"/></joint>', WRIST),
+    "an unknown type": robot(joint(type="@revolut"), WRIST),
+    "no parent": robot('<@joint name="elbow" type="fixed"><child link="arm"/></joint>', WRIST),
+    "an unknown parent": robot(joint(ends="@bse arm"), WRIST),
+    "an unknown child": robot(joint(), joint(name="wrist", ends="arm @hnd")),
+    "two parents": robot(joint(), WRIST, joint(name="@other", ends="base hand")),
+    "a loop": robot(joint(name="@a", ends="hand arm"), WRIST),
+    "two roots": robot(joint(), links="base arm").replace("</robot>", '<link name="@hand"/></robot>'),
+    "no limits": robot(joint(type="@revolute"), WRIST),
+    "limits in disorder": robot(joint('<limit lower="@1" upper="-1"/>', type="prismatic"), WRIST),
+    "an axis of no length": robot(joint('<axis xyz="@0 0 0"/>'), WRIST),
+    "two numbers": robot(joint('<origin xyz="@0 1"/>'), WRIST),
+    "a number that is none": robot(joint('<origin xyz="0 0 0" rpy="@0 zero 0"/>'), WRIST),
+    "an infinite number": robot(joint('<axis xyz="@0 0 inf"/>'), WRIST),
+    "an expression": robot(joint('<origin xyz="@0 0 ${h}"/>'), WRIST),
+    "an unknown joint to mimic": robot(joint(), joint('<mimic joint="@elbw"/>', name="wrist", ends="arm hand")),
+    "a fixed joint to mimic": robot(
+        joint(type="fixed"), joint('<mimic joint="@elbow"/>', name="wrist", ends="arm hand")
     ),
-    "an entity": ("<robot>\n@&secret;</robot>", "undefined entity", ""),
-    "a world": ("<@sdf/>", "holds a sdf, not a robot", "<robot name"),
-    "xacro": (
-        robot('<@xacro:include filename="a.xacro"/>'),
-        "is not run here",
-        "xacro robot.urdf > expanded_robot.urdf",
+    "joints that mimic each other": robot(
+        joint('<mimic joint="wrist"/>'), joint('<mimic joint="@elbow"/>', name="wrist", ends="arm hand")
     ),
-    "no link": ("<@robot name='r'/>", "no link", "base_link"),
-    "a link without a name": (robot(joint(), WRIST, "<@link/>"), "this link has no name", "<link name="),
-    "two links of a name": (robot(joint(), WRIST, '<link name="@arm"/>'), "two links are called 'arm'", "rename"),
-    "two joints of a name": (robot(joint(), joint(name="@elbow", ends="arm hand")), "two joints are called", "rename"),
-    "a joint without a type": (
-        robot('<@joint name="elbow"><parent link="base"/><child link="arm"/></joint>', WRIST),
-        "the joint 'elbow' has no type",
-        "fixed, revolute",
-    ),
-    "an unknown type": (
-        robot(joint(type="@revolut"), WRIST),
-        "'revolut' is not a type of joint",
-        "did you mean 'revolute'",
-    ),
-    "no parent": (
-        robot('<@joint name="elbow" type="fixed"><child link="arm"/></joint>', WRIST),
-        "the joint 'elbow' has no parent",
-        "<parent link=",
-    ),
-    "an unknown parent": (robot(joint(ends="@bse arm"), WRIST), "no link 'bse', the parent", "did you mean 'base'"),
-    "an unknown child": (robot(joint(), joint(name="wrist", ends="arm @hnd")), "no link 'hnd'", "did you mean 'hand'"),
-    "two parents": (
-        robot(joint(), WRIST, joint(name="@other", ends="base hand")),
-        "the link 'hand' hangs on two joints, 'wrist' and 'other'",
-        "the first is in line 3",
-    ),
-    "a loop": (
-        robot(joint(name="@a", ends="hand arm"), WRIST),
-        "links hang on each other: hand → arm → hand",
-        "one way up",
-    ),
-    "two roots": (
-        robot(joint(), links="base arm").replace("</robot>", '<link name="@hand"/></robot>'),
-        "'base' and 'hand' both hang on nothing",
-        "of which 'hand' is the child",
-    ),
-    "no limits": (
-        robot(joint(type="@revolute"), WRIST),
-        "joint 'elbow' has no limits",
-        'type="continuous"',
-    ),
-    "limits in disorder": (
-        robot(joint('<limit lower="@1" upper="-1"/>', type="prismatic"), WRIST),
-        "the limits 1 to -1",
-        "exchange",
-    ),
-    "an axis of no length": (robot(joint('<axis xyz="@0 0 0"/>'), WRIST), "has no direction", '"0 0 1"'),
-    "two numbers": (robot(joint('<origin xyz="@0 1"/>'), WRIST), "three numbers, and here are 2", "0 0 0"),
-    "a number that is none": (
-        robot(joint('<origin xyz="0 0 0" rpy="@0 zero 0"/>'), WRIST),
-        "'zero' is not a finite",
-        "",
-    ),
-    "an infinite number": (robot(joint('<axis xyz="@0 0 inf"/>'), WRIST), "'inf' is not a finite number", ""),
-    "an expression": (
-        robot(joint('<origin xyz="@0 0 ${h}"/>'), WRIST),
-        "'${h}' is not a finite number",
-        "expanded first",
-    ),
-    "an unknown joint to mimic": (
-        robot(joint(), joint('<mimic joint="@elbw"/>', name="wrist", ends="arm hand")),
-        "no joint 'elbw' to mimic",
-        "did you mean 'elbow'",
-    ),
-    "a fixed joint to mimic": (
-        robot(joint(type="fixed"), joint('<mimic joint="@elbow"/>', name="wrist", ends="arm hand")),
-        "the fixed joint 'elbow' has no position",
-        "wrist",
-    ),
-    "joints that mimic each other": (
-        robot(joint('<mimic joint="wrist"/>'), joint('<mimic joint="@elbow"/>', name="wrist", ends="arm hand")),
-        "joints mimic each other: elbow → wrist → elbow",
-        "leave one out",
-    ),
-    "a chain of mimics": (
-        robot(
-            joint(name="j0", ends="l0 l1"),
-            *(
-                joint(
-                    f'<mimic joint="{"@" if n == MOST_MIMICS else ""}j{n - 1}"/>', name=f"j{n}", ends=f"l{n} l{n + 1}"
-                )
-                for n in range(1, MOST_MIMICS + 1)
-            ),
-            links=" ".join(f"l{n}" for n in range(MOST_MIMICS + 2)),
+    "a chain of mimics": robot(
+        joint(name="j0", ends="l0 l1"),
+        *(
+            joint(f'<mimic joint="{"@" if n == MOST_MIMICS else ""}j{n - 1}"/>', name=f"j{n}", ends=f"l{n} l{n + 1}")
+            for n in range(1, MOST_MIMICS + 1)
         ),
-        "'j32' mimics others over more than 32 joints",
-        "name the joint that moves",
+        links=" ".join(f"l{n}" for n in range(MOST_MIMICS + 2)),
     ),
-    "too many links": (
-        robot(*(f'<link name="l{n}"/>' for n in range(MOST_PARTS)), '<@link name="more"/>', links=""),
-        "more than 1000 links",
-        "a file",
-    ),
-    "a mesh that is not there": (
-        robot(joint(), WRIST, MESH.format("@package://lab/forearm.stl")),
-        "no file 'forearm.stl' in the package lab",
-        "",
-    ),
-    "an unknown package": (
-        robot(joint(), WRIST, MESH.format("@package://labb/arm.stl")),
-        "names no package 'labb'",
-        "packages: {labb: ../labb}",
-    ),
-    "a mesh outside of its package": (
-        robot(joint(), WRIST, MESH.format("@package://lab/../robot.urdf")),
-        "'../robot.urdf' leads out of the package lab",
-        "",
-    ),
-    "a mesh of no package": (
-        robot(joint(), WRIST, MESH.format("@meshes/arm.stl")),
-        "does not say in which package",
-        "package://my_robot/PATH",
-    ),
-    "a file that is not there": (
-        robot(joint(), WRIST, MESH.format("@file:///nowhere/arm.stl")),
-        "there is no file 'file:///nowhere/arm.stl'",
-        "",
-    ),
-    "too many levels": ("<robot>\n" + "<a>" * (MOST_DEPTH - 1) + "@<a/>", "nest deeper than 32 levels", "six"),
+    "too many links": robot(*(f'<link name="l{n}"/>' for n in range(MOST_PARTS)), '<@link name="more"/>', links=""),
+    "a mesh that is not there": robot(joint(), WRIST, MESH.format("@package://lab/forearm.stl")),
+    "an unknown package": robot(joint(), WRIST, MESH.format("@package://labb/arm.stl")),
+    "a mesh outside of its package": robot(joint(), WRIST, MESH.format("@package://lab/../robot.urdf")),
+    "a mesh of no package": robot(joint(), WRIST, MESH.format("@meshes/arm.stl")),
+    "a file that is not there": robot(joint(), WRIST, MESH.format("@file:///nowhere/arm.stl")),
+    "too many levels": "<robot>\n" + "<a>" * (MOST_DEPTH - 1) + "@<a/>",
 }
 
 
@@ -197,26 +112,15 @@ def problems(folder: Path, text: str | bytes) -> list[Problem]:
     return Graph([load(folder / "lab.yaml")]).plan().errors
 
 
-@pytest.mark.parametrize(("marked", "message", "fix"), BROKEN.values(), ids=BROKEN)
-def test_mistake_is_found_at_its_place(folder: Path, marked: str, message: str, fix: str):
+@pytest.mark.parametrize("marked", BROKEN.values(), ids=BROKEN)
+def test_mistake_is_found_at_its_place(folder: Path, marked: str, golden: Golden):
     before = marked.partition("@")[0]
     (problem,) = problems(folder, marked.replace("@", "", 1))
     assert problem.place is not None
     assert (problem.place.line, problem.place.column) == (before.count("\n") + 1, len(before.rpartition("\n")[2]) + 1)
     assert problem.place.file == str(folder / "robot.urdf")
     assert [str(each) for each in problem.included_from] == [f"{folder / 'lab.yaml'}:4:31"]
-    assert message in problem.message
-    assert fix in (problem.fix or "")
-
-
-def test_error_shows_line_fix_and_launch_file(folder: Path, capsys: pytest.CaptureFixture[str]):
-    from busflow.cli import main
-
-    (folder / "robot.urdf").write_text(robot(joint(ends="bse arm"), WRIST))
-    assert main(["check", str(folder / "lab.yaml")]) == 3
-    shown = capsys.readouterr().out
-    assert f"{folder / 'robot.urdf'}:2:53: error: there is no link 'bse', the parent of the joint 'elbow'" in shown
-    assert f"  fix: did you mean 'base'?\n  included from {folder / 'lab.yaml'}:4:31\n" in shown
+    golden(problem.render(), mask={str(folder): ""})
 
 
 def test_all_mistakes_of_a_file_are_found_together(folder: Path):
@@ -227,23 +131,23 @@ def test_all_mistakes_of_a_file_are_found_together(folder: Path):
 
 
 @pytest.mark.parametrize(
-    ("content", "line", "column", "message"),
+    ("content", "line", "column"),
     [
-        (b"<robot>\n <link name='\xff'/>\n</robot>", 2, 14, "this is not UTF-8"),
-        (b"<robot>" + b" " * MOST_BYTES + b"</robot>", 1, 1, "more than 4 MiB"),
+        (b"<robot>\n <link name='\xff'/>\n</robot>", 2, 14),
+        (b"<robot>" + b" " * MOST_BYTES + b"</robot>", 1, 1),
     ],
     ids=["not UTF-8", "too large"],
 )
-def test_file_is_refused_as_a_whole(folder: Path, content: bytes, line: int, column: int, message: str):
+def test_file_is_refused_as_a_whole(folder: Path, content: bytes, line: int, column: int, golden: Golden):
     (problem,) = problems(folder, content)
     assert problem.place is not None
     assert (problem.place.line, problem.place.column) == (line, column)
-    assert message in problem.message
+    golden(problem.render(), mask={str(folder): ""})
 
 
 def test_missing_file_is_named_where_it_is_stated(folder: Path):
     (problem,) = Graph([load(folder / "lab.yaml")]).plan().errors
-    assert problem.message == f"there is no file {folder / 'robot.urdf'}"
+    assert (problem.code, str(folder / "robot.urdf") in problem.message) == ("unreadable-file", True)
     assert str(problem.place) == f"{folder / 'lab.yaml'}:4:31"
 
 
@@ -307,26 +211,26 @@ def test_file_of_a_package_is_found(folder: Path, address: str):
 
 
 @pytest.mark.parametrize(
-    ("address", "message"),
+    "address",
     [
-        ("package://lab/../robot.urdf", "leads out of the package lab"),
-        ("package://lab/%2e%2e/robot.urdf", "leads out of the package lab"),
-        ("package://lab//etc/hostname", "leads out of the package lab"),
-        ("package://lab/../nothing", "leads out of the package lab"),
-        ("package://lab/outside.stl", "leads out of the package lab"),
-        ("package://lab/beside/secret.stl", "leads out of the package lab"),
-        ("package://lab/", "there is no file '' in the package lab"),
-        ("package://lab/pipe.stl", "there is no file 'pipe.stl' in the package lab"),
-        ("package://lab/a\x00b", r"there is no file 'a\\x00b' in the package lab"),
-        ("package://lab/loop.stl", "there is no file 'loop.stl' in the package lab"),
-        ("package://lab", "there is no file '' in the package lab"),
-        ("package://../lab/arm.stl", "names no package '..'"),
-        ("package:///etc/passwd", "names no package ''"),
-        ("file:///etc/passwd", "is not a file of a package"),
-        ("/etc/passwd", "is not a file of a package"),
+        "package://lab/../robot.urdf",
+        "package://lab/%2e%2e/robot.urdf",
+        "package://lab//etc/hostname",
+        "package://lab/../nothing",
+        "package://lab/outside.stl",
+        "package://lab/beside/secret.stl",
+        "package://lab/",
+        "package://lab/pipe.stl",
+        "package://lab/a\x00b",
+        "package://lab/loop.stl",
+        "package://lab",
+        "package://../lab/arm.stl",
+        "package:///etc/passwd",
+        "file:///etc/passwd",
+        "/etc/passwd",
     ],
 )
-def test_address_that_leads_elsewhere_is_refused(folder: Path, address: str, message: str):
+def test_address_that_leads_elsewhere_is_refused(folder: Path, address: str, golden: Golden):
     import os
 
     meshes = folder / "meshes"
@@ -337,9 +241,8 @@ def test_address_that_leads_elsewhere_is_refused(folder: Path, address: str, mes
     (meshes / "beside").symlink_to("../meshes2")
     (meshes / "loop.stl").symlink_to("loop.stl")
     os.mkfifo(meshes / "pipe.stl")
-    with pytest.raises(NoSuchTarget) as refused:
+    with golden.raises(NoSuchTarget, mask={str(folder): ""}):
         package_file(address, {"lab": meshes})
-    assert message in str(refused.value)
 
 
 def test_folder_that_is_a_link_is_followed(folder: Path):
@@ -349,5 +252,6 @@ def test_folder_that_is_a_link_is_followed(folder: Path):
 
 def test_mistakes_raise_one_error_with_all(folder: Path):
     (folder / "robot.urdf").write_text("<robot/>")
-    with pytest.raises(LaunchError, match="no link"):
+    with pytest.raises(LaunchError) as refused:
         read_robot(folder / "robot.urdf", {})
+    assert [each.code for each in refused.value.problems] == ["no-link"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 
 import pytest
 
@@ -85,8 +86,7 @@ async def test_lookup_ends_exactly_at_its_timeout():
     async with harness(Odometry, User) as lab:
         user, clock = lab.node(User), lab.graph.clock
         await lab.advance(1)
-        text = "^odom → base_link is 700 ms behind \\(/odometry, at 10 Hz\\); wait longer"
-        with pytest.raises(TransformNotThere, match=text):
+        with pytest.raises(TransformNotThere, match=r"odom → base_link .* 700 ms .*/odometry, .* 10 Hz"):
             await lookup_in(user, clock.now() + Duration(seconds=1), timeout_s=0.3, lab=lab)
         assert clock.seconds() == pytest.approx(1.3)
 
@@ -104,7 +104,7 @@ async def test_hopeless_lookup_fails_at_once():
     async with harness(Odometry, User) as lab:
         await lab.advance(20)
         before = lab.graph.clock.seconds()
-        with pytest.raises(TransformTooOld, match=r"is 9\.800 s older than what is known"):
+        with pytest.raises(TransformTooOld, match=r" 9\.800 s "):
             await lab.node(User).frames.lookup("odom", "base_link", at=Time(SIM_EPOCH_NS + 200_000_000), timeout=5)
         assert lab.graph.clock.seconds() == before
 
@@ -131,12 +131,12 @@ async def test_lookup_without_answer_says_what_is_unknown():
     async with harness(Odometry, Camera, User) as lab:
         await lab.advance(0.2)
         user, now = lab.node(User), lab.graph.clock.now()
-        with pytest.raises(UnknownFrame, match="did you mean 'camera'"):
+        with pytest.raises(UnknownFrame, match=r"camra.*'camera'"):
             await lookup_in(user, now, timeout_s=0.1, lab=lab, frames=("odom", "camra"))
         fixed = lab.advertise(TFMessage, "/tf_static", qos=TRANSIENT_LOCAL)
         fixed.publish(TFMessage(transforms=(transform("map", "goal", Time()),)))
         await lab.settle()
-        with pytest.raises(FramesNotConnected, match="the root of map is map, that of camera is odom"):
+        with pytest.raises(FramesNotConnected, match=r"map is map.* camera is odom"):
             user.frames.latest("map", "camera")
 
 
@@ -194,22 +194,20 @@ async def test_restarted_node_keeps_tree_and_sends_on():
 
 
 @virtual_time
-async def test_refused_transform_is_the_senders_error():
+async def test_refused_transform_is_the_senders_error(golden):
     class Broken(Node):
         frames = transforms()
 
     async with harness(Odometry, Camera, Broken) as lab:
         await lab.advance(0.1)
         send, now = lab.node(Broken).frames.send, lab.graph.clock.now()
-        with pytest.raises(
-            InvalidTransform, match="base_link cannot have two parents: /broken sends map → base_link, "
-        ):
+        with golden.raises(InvalidTransform):
             send(transform("map", "base_link", now))
-        with pytest.raises(InvalidTransform, match="close the loop odom → base_link → camera → odom"):
+        with golden.raises(InvalidTransform):
             send(transform("camera", "odom", now))
-        with pytest.raises(InvalidTransform, match=r"quaternion \(0, 0, 0, 0\) has the length 0"):
+        with golden.raises(InvalidTransform):
             send(transform("camera", "lens", now, w=0.0))
-        with pytest.raises(InvalidTransform, match="not finite"):
+        with golden.raises(InvalidTransform):
             lab.node(Broken).frames.send_static(transform("camera", "lens", now, float("nan")))
         assert "lens" not in lab.node(Broken).frames.names
 
@@ -222,7 +220,7 @@ async def test_two_senders_of_one_edge_are_named_once():
     async with harness(Odometry, Second) as lab:
         await lab.advance(1)
         (line,) = (each.event for each in lab.log if each.level == "warning")
-        assert line == "/odometry and /second both send odom → base_link"
+        assert re.search("/odometry .*/second .*odom → base_link", line)
 
 
 @virtual_time
@@ -238,7 +236,7 @@ async def test_parent_may_change_once_its_sender_has_left():
 
 
 @virtual_time
-async def test_foreign_nonsense_is_left_out_and_logged_once():
+async def test_foreign_nonsense_is_left_out_and_logged_once(golden):
     async with harness(Odometry, User) as lab:
         await lab.advance(0.1)
         now, fixed = lab.graph.clock.now(), lab.advertise(TFMessage, "/tf_static", qos=TRANSIENT_LOCAL)
@@ -246,28 +244,20 @@ async def test_foreign_nonsense_is_left_out_and_logged_once():
             lab.publish("/tf", TFMessage(transforms=(transform("odom", "bad", now, w=3.0), transform("a", "b", now))))
             fixed.publish(TFMessage(transforms=(transform("odom", "odom", now),)))
         await lab.settle()
-        lines = [each.event for each in lab.log if each.level == "warning"]
-        assert [line.partition(" is left out: ")[0] for line in lines] == [
-            "a transform on /tf, published by /odometry or /_outside,",
-            "a transform on /tf_static, published by /_outside,",
-        ]
+        golden("\n".join(each.event for each in lab.log if each.level == "warning"))
         shared = next(iter(lab.graph.bus.shared.values()))
         assert (shared.refused, lab.node(User).frames.names) == (6, {"odom", "base_link", "a", "b"})
 
 
 @virtual_time
-async def test_looping_bag_empties_the_tree_and_says_so():
+async def test_looping_bag_empties_the_tree_and_says_so(golden):
     async with harness(User) as lab:
         for _ in range(3):
             for second in (100, 110):
                 lab.publish("/tf", TFMessage(transforms=(transform("odom", "base_link", Time(seconds=second)),)))
         lab.publish("/tf", TFMessage(transforms=(transform("map", "base_link", Time(seconds=111)),)))
         await lab.settle()
-        lines = [each.event for each in lab.log if each.level == "warning"]
-        assert lines == [
-            "time was set back on /tf: the frames that move were emptied",
-            "base_link has had the parents map and odom, by /_outside",
-        ]
+        golden("\n".join(each.event for each in lab.log if each.level == "warning"))
         assert next(iter(lab.graph.bus.shared.values())).tree.set_back == 2
 
 
@@ -294,7 +284,7 @@ async def test_tree_begins_with_what_publishers_keep():
 
 
 def test_frames_of_a_node_without_graph_say_so():
-    with pytest.raises(AttributeError, match=r"User\.frames is an endpoint only of a node that is part of a graph"):
+    with pytest.raises(AttributeError, match=r"^User\.frames "):
         _ = User().frames
 
 
@@ -305,9 +295,7 @@ async def test_frames_before_the_connection_say_so():
 
         def declare(self) -> None:
             assert repr(self.frames) == "<Frames of /early: no edges>"
-            with pytest.raises(
-                NotRunning, match=r"Early\.frames knows frames once its node is part of a graph that runs"
-            ):
+            with pytest.raises(NotRunning, match=r"^Early\.frames "):
                 self.frames.latest("a", "b")
 
     async with Graph([Early], clock=SimClock()) as graph:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -246,21 +245,21 @@ def test_every_point_of_a_cloud_moves(kind, big):
 
 
 @pytest.mark.parametrize(
-    ("message", "reason"),
+    "message",
     [
-        (cloud().replace(fields=cloud().fields[:3]), "has no such z"),
-        (cloud().replace(fields=(PointField(name="x", datatype=PointField.INT32),)), "has no such x"),
-        (cloud().replace(height=3), "a cloud of 3 × 3 points has only 106 bytes of data"),
-        (cloud().replace(point_step=4_000_000_000, row_step=4_000_000_000), "has only 106 bytes"),
-        (BatteryState(header=HEADER), "a sensor_msgs/msg/BatteryState cannot be taken to another frame; these can: A"),
-        (TransformStamped(header=HEADER), "it joins two frames: ask for latest(target, child_frame_id)"),
-        (Odometry(header=HEADER), "its pose and its velocity are in two frames: take them as PoseStamped"),
-        (Imu(header=HEADER), "its orientation is seen from another frame than its rates"),
-        (LaserScan(header=HEADER), "its ranges are along the axes of its own frame: make a PointCloud2"),
+        pytest.param(cloud().replace(fields=cloud().fields[:3]), id="no z"),
+        pytest.param(cloud().replace(fields=(PointField(name="x", datatype=PointField.INT32),)), id="x is an integer"),
+        pytest.param(cloud().replace(height=3), id="too few bytes"),
+        pytest.param(cloud().replace(point_step=4_000_000_000, row_step=4_000_000_000), id="huge steps"),
+        pytest.param(BatteryState(header=HEADER), id="BatteryState"),
+        pytest.param(TransformStamped(header=HEADER), id="TransformStamped"),
+        pytest.param(Odometry(header=HEADER), id="Odometry"),
+        pytest.param(Imu(header=HEADER), id="Imu"),
+        pytest.param(LaserScan(header=HEADER), id="LaserScan"),
     ],
 )
-def test_what_cannot_be_moved_says_why(message, reason):
-    with pytest.raises(InvalidTransform, match=re.escape(reason)):
+def test_what_cannot_be_moved_says_why(message, golden):
+    with golden.raises(InvalidTransform):
         moved(message, "map", THERE)
 
 
@@ -279,5 +278,5 @@ def test_class_of_a_definition_file_moves_too():
 
 
 def test_a_message_without_header_has_no_frame():
-    with pytest.raises(InvalidTransform, match="Twist has no header"):
+    with pytest.raises(InvalidTransform, match="Twist"):
         stamp_and_frame(Twist())

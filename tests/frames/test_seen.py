@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from busflow import Time
-from busflow.errors import Severity
 from busflow.frames.seen import SeenFrames
 from busflow.msgs.geometry_msgs import Quaternion, Transform, TransformStamped
 from busflow.msgs.std_msgs import Header
@@ -30,7 +29,7 @@ def test_account_has_publishers_counts_and_delays():
     assert seen.problems() == []
 
 
-def test_every_mistake_names_its_nodes():
+def test_every_mistake_names_its_nodes(golden):
     seen = SeenFrames()
     seen.add(message("odom", "base", 20), ("/wheels",), 0, fixed=False)
     seen.add(message("odom", "base", 20.1), ("/slam",), 0, fixed=False)
@@ -38,16 +37,7 @@ def test_every_mistake_names_its_nodes():
     for parent in ("map", "world"):
         seen.add(message(parent, "goal"), (), 0, fixed=True)
     seen.add(message("odom", "base", 2), ("/wheels",), 0, fixed=False)
-    assert [(each.code, each.severity, each.message) for each in seen.problems()] == [
-        (
-            "invalid-transform",
-            Severity.ERROR,
-            f"an unknown node publishes an invalid transform: odom → arm: {ZERO}",
-        ),
-        ("two-parents", Severity.ERROR, "the frame goal has had the parents map and world, by unknown nodes"),
-        ("two-publishers", Severity.WARNING, "2 nodes publish odom → base: /wheels, /slam"),
-        ("time-set-back", Severity.WARNING, "the stamps of transforms were set back 1 time"),
-    ]
+    golden("\n".join(f"{each.code}: {each.render()}" for each in seen.problems()))
 
 
 def test_one_of_several_publishers_is_no_finding():
@@ -57,4 +47,5 @@ def test_one_of_several_publishers_is_no_finding():
     seen.add(message("odom", "arm", w=0.0), ("/wheels", "/slam"), 0, fixed=False)
     assert (seen.edges["base"].by, seen.edges["base"].one_of) == ("one of /wheels, /slam", True)
     (problem,) = seen.problems()
-    assert problem.message.startswith("one of /wheels, /slam publishes an invalid transform: odom → arm: ")
+    assert problem.code == "invalid-transform"
+    assert problem.message.startswith("one of /wheels, /slam ")

@@ -210,28 +210,29 @@ def test_time_set_back_empties_what_moves():
 
 
 @pytest.mark.parametrize(
-    ("parent", "child", "numbers", "reason"),
+    ("parent", "child", "numbers"),
     [
-        ("a", "b", (math.nan, 0, 0, 0, 0, 0, 1), "a → b: it holds a number that is not finite"),
-        ("a", "b", (0, 0, math.inf, 0, 0, 0, 1), "not finite"),
-        ("a", "b", (0, 0, 0, math.nan, 0, 0, 1), "not finite"),
-        ("a", "b", (1e200, 0, 0, 1e200, 0, 0, 1), "not finite"),
-        ("a", "b", (0, 0, 0, 0, 0, 0, 0), "its quaternion (0, 0, 0, 0) has the length 0, not 1"),
-        ("a", "b", (0, 0, 0, 0, 0, 0, 1.1), "has the length 1.1, not 1"),
-        ("a", "a", IDENTITY, "a → a: it would close the loop a"),
-        ("imu", "map", IDENTITY, "imu → map: it would close the loop map → base → imu → map"),
-        ("", "b", IDENTITY, "? → b: it lacks the name of a frame"),
-        ("a", "", IDENTITY, "lacks the name"),
+        pytest.param("a", "b", (math.nan, 0, 0, 0, 0, 0, 1), id="x is not a number"),
+        pytest.param("a", "b", (0, 0, math.inf, 0, 0, 0, 1), id="z is infinite"),
+        pytest.param("a", "b", (0, 0, 0, math.nan, 0, 0, 1), id="a rotation is not a number"),
+        pytest.param("a", "b", (1e200, 0, 0, 1e200, 0, 0, 1), id="too large"),
+        pytest.param("a", "b", (0, 0, 0, 0, 0, 0, 0), id="a rotation of no length"),
+        pytest.param("a", "b", (0, 0, 0, 0, 0, 0, 1.1), id="a rotation of another length"),
+        pytest.param("a", "a", IDENTITY, id="its own parent"),
+        pytest.param("imu", "map", IDENTITY, id="a loop"),
+        pytest.param("", "b", IDENTITY, id="no parent"),
+        pytest.param("a", "", IDENTITY, id="no child"),
     ],
 )
-@pytest.mark.parametrize("fixed", [True, False])
-def test_impossible_transform_is_refused_with_its_reason(parent, child, numbers, reason, fixed):
+def test_impossible_transform_is_refused_with_its_reason(parent, child, numbers, golden):
     tree = FrameTree()
     tree.take_fixed("map", "base", IDENTITY)
     tree.take("base", "imu", S, IDENTITY)
     before = dict(tree.edges)
-    with pytest.raises(InvalidTransform, match=re.escape(reason)):
-        tree.take_fixed(parent, child, numbers) if fixed else tree.take(parent, child, S, numbers)
+    with golden.raises(InvalidTransform) as refused:
+        tree.take_fixed(parent, child, numbers)
+    with pytest.raises(InvalidTransform, match=f"^{re.escape(str(refused.value))}$"):
+        tree.take(parent, child, S, numbers)
     assert tree.edges == before
 
 
@@ -245,7 +246,7 @@ def test_a_tree_holds_so_many_frames():
     tree = FrameTree()
     for number in range(MOST_FRAMES):
         tree.take_fixed("map", f"f{number}", IDENTITY)
-    with pytest.raises(InvalidTransform, match="has 10000 frames already"):
+    with pytest.raises(InvalidTransform, match=f" {MOST_FRAMES} "):
         tree.take_fixed("map", "one_more", IDENTITY)
     tree.take_fixed("map", "f1", HERE)
 
@@ -262,17 +263,6 @@ def tree():
     return tree
 
 
-TEXTS = {
-    UnknownFrame: "there is no frame 'base_lnk'; did you mean 'base_link'?",
-    FramesNotConnected: "map and base_link are in trees apart: the root of map is map, that of base_link is odom; "
-    "publish a transform that joins them, such as map → odom",
-    TransformTooOld: "odom → base_link at 10.000 s is 10.000 s older than what is known, and 10 s are kept; ask "
-    "sooner, or for the newest: latest('odom', 'base_link')",
-    TransformNotThere: "odom → base_link is 12 ms behind (/odometry, at 50 Hz); wait longer with lookup(…, timeout=…), "
-    "or ask for the newest: latest('base_link', 'odom')",
-}
-
-
 @pytest.mark.parametrize(
     ("target", "source", "stamp", "kind"),
     [
@@ -282,20 +272,18 @@ TEXTS = {
         ("base_link", "odom", 20 * S + 992_000_000, TransformNotThere),
     ],
 )
-def test_each_gap_says_what_to_do(tree, target, source, stamp, kind):
+def test_each_gap_says_what_to_do(tree, target, source, stamp, kind, golden):
     gap = tree.find(target, source, stamp)
     error = tree.error(gap, (target, source), "/odometry")
-    assert (type(error), str(error)) == (kind, TEXTS[kind])
+    assert type(error) is kind
+    golden(str(error))
     assert gap.is_hopeless is (kind is TransformTooOld)
 
 
-def test_an_empty_tree_says_what_to_start():
+def test_an_empty_tree_says_what_to_start(golden):
     empty = FrameTree()
     error = empty.error(empty.find("a", "b", None), ("a", "b"))
-    assert str(error) == (
-        "there is no frame 'a'; no transform has come yet: start what publishes them, "
-        "or state fixed ones in the launch file under frames:"
-    )
+    golden(str(error))
 
 
 def test_an_edge_emptied_meanwhile_is_an_error_too(tree):

@@ -23,7 +23,7 @@ def test_naming_a_type_reads_only_its_file():
 
 def test_large_package_lists_only_its_types():
     assert {*sensor_msgs.__all__} <= {*dir(sensor_msgs)}
-    with pytest.raises(AttributeError, match="has no attribute 'Imuu'"):
+    with pytest.raises(AttributeError, match="Imuu"):
         sensor_msgs.Imuu  # noqa: B018 - naming it is what is tested
 
 

@@ -68,7 +68,7 @@ def test_message_is_handed_over_with_its_transform(kind, late):
 
 
 @virtual_time
-async def test_late_message_drops_as_no_transform():
+async def test_late_message_drops_as_no_transform(golden):
     async with harness(Wheels, Mapper) as lab:
         await lab.advance(0.4)
         lab.publish("/points", point(430))
@@ -83,7 +83,7 @@ async def test_late_message_drops_as_no_transform():
             for received in each.runtime.endpoints.subscriptions
             if received.topic == "/points"
         )
-        assert member.remark.startswith("map → base_link is 30 ms behind (/wheels, at 20 Hz)")
+        golden(member.remark)
 
 
 @virtual_time
@@ -123,7 +123,7 @@ def test_failing_handler_fails_its_node():
             lab.publish("/points", point(60))
             await lab.advance(0.1)
 
-    with pytest.raises(NodeFailed, match=r"failed in Mapper\.on_point \(subscription /points\)"):
+    with pytest.raises(NodeFailed, match=r"Mapper\.on_point .*/points"):
         run()
 
 
@@ -146,26 +146,24 @@ async def test_no_message_depends_on_the_order_of_arrival():
 def no_header(self, message: Float64) -> None: ...
 
 
-def test_type_without_header_is_found_before_the_start():
+def test_type_without_header_is_found_before_the_start(golden):
     wrong = type("Wrong", (Node,), {"on_point": subscription("points", in_frame="map")(no_header)})
     (problem,) = Graph([wrong]).plan().errors
-    assert "needs the stamp of a header, and std_msgs/msg/Float64 on points has none" in problem.message
+    golden(problem.message)
 
 
 @pytest.mark.parametrize(
-    ("declare", "text"),
+    "declare",
     [
-        (lambda: subscription(PointStamped, "points", in_frame="map"), "are for a handler: write @subscription("),
-        (lambda: subscription("points", wait="1s"), "are for a handler"),
-        (lambda: subscription("points", in_frame=3), "needs the frame's name, a text, not 3"),
-        (lambda: subscription("points", in_frame="map", wait="soon"), "wait=…): a duration is a number of seconds"),
-        (
-            lambda: subscription("points", in_frame="map")(subscription("other")(no_header)),
-            "stands alone: give another topic a method of its own",
+        pytest.param(lambda: subscription(PointStamped, "points", in_frame="map"), id="no handler"),
+        pytest.param(lambda: subscription("points", wait="1s"), id="a wait without a frame"),
+        pytest.param(lambda: subscription("points", in_frame=3), id="a number for the frame"),
+        pytest.param(lambda: subscription("points", in_frame="map", wait="soon"), id="a wrong duration"),
+        pytest.param(
+            lambda: subscription("points", in_frame="map")(subscription("other")(no_header)), id="two decorators"
         ),
     ],
 )
-def test_wrong_declaration_says_what_to_write(declare, text):
-    with pytest.raises(InvalidDeclaration) as raised:
+def test_wrong_declaration_says_what_to_write(declare, golden):
+    with golden.raises(InvalidDeclaration):
         declare()
-    assert text in str(raised.value)

@@ -70,7 +70,7 @@ def test_pairs_reach_the_handler_once_and_in_order(kind):
 
 
 @virtual_time
-async def test_message_alone_is_a_drop_and_an_event():
+async def test_message_alone_is_a_drop_and_an_event(golden):
     async with harness(Stereo) as lab:
         send(lab, "/left/image", 0, 100)
         send(lab, "/right/image", 31, 101)
@@ -83,12 +83,11 @@ async def test_message_alone_is_a_drop_and_an_event():
         assert node.alone == [("/left/image", 0, 0.031)]
         assert [line.drops for line in lab.ledger] == [{"unpaired": 1}, {"unpaired": 1}]
         left, right = (one for each in lab.graph.supervisors for one in each.runtime.endpoints.subscriptions)
-        assert left.remark == "/left/image and /right/image are 31 ms apart, within is 20 ms"
-        assert right.remark == "/right/image and /left/image are 69 ms apart, within is 20 ms"
+        golden(f"{left.remark}\n{right.remark}")
 
 
 @virtual_time
-async def test_silent_partner_lets_the_oldest_go():
+async def test_silent_partner_lets_the_oldest_go(golden):
     async with harness(Stereo) as lab:
         send(lab, "/left/image", *range(0, 500, 100))
         await lab.advance(0.01)
@@ -96,7 +95,7 @@ async def test_silent_partner_lets_the_oldest_go():
         left = next(line for line in lab.ledger if line.published)
         assert (left.published, left.delivered, left.drops, left.queued) == (5, 0, {"unpaired": 2}, 3)
         (planned, _) = (one for each in lab.graph.supervisors for one in each.runtime.endpoints.subscriptions)
-        assert planned.remark == "its queue was full before /right/image had a message within 20 ms"
+        golden(planned.remark)
 
 
 STEREO = """\
@@ -136,7 +135,7 @@ async def test_restart_keeps_what_waits():
 
 
 @virtual_time
-async def test_trigger_gets_the_newest_held_message():
+async def test_trigger_gets_the_newest_held_message(golden):
     class Controller(Node):
         async def start(self) -> None:
             self.got: list[tuple[int, int]] = []
@@ -162,7 +161,7 @@ async def test_trigger_gets_the_newest_held_message():
             "/imu/data": {"unpaired": 1}, "/joint_states": {"superseded": 1}
         }  # fmt: skip
         trigger = next(iter(lab.graph.supervisors)).runtime.endpoints.subscriptions[0]
-        assert trigger.remark == "/joint_states had no message yet"
+        golden(trigger.remark)
 
 
 @pytest.mark.parametrize("is_async", [False, True])
@@ -186,7 +185,7 @@ def test_failing_handler_fails_its_node(is_async):
             send(lab, "/b", 0)
             await lab.advance(1)
 
-    with pytest.raises(NodeFailed, match=r"failed in Broken\.on_pair \(subscription /a\)\n(.*\n)*  ValueError: no"):
+    with pytest.raises(NodeFailed, match=r"Broken\.on_pair .*/a\W*\n(.*\n)*  ValueError: no"):
         run()
 
 
@@ -229,26 +228,22 @@ def takes_one(self, left: Image) -> None: ...
 
 
 @pytest.mark.parametrize(
-    ("declare", "text"),
+    "declare",
     [
-        (lambda: synchronized("a", within=0), "needs two topics or more, and within: write @synchronized("),
-        (lambda: synchronized("a", "b"), "needs two topics or more, and within"),
-        (lambda: synchronized("a", "b", hold="c"), "with hold= has one topic and no within"),
-        (lambda: synchronized("a", within=1, hold="c"), "with hold= has one topic and no within"),
-        (lambda: synchronized("a", "b", within="soon"), "within=…): a duration is a number of seconds or a text"),
-        (lambda: synchronized("a", "b", within=-1), "a duration is at least 1 ns"),
-        (lambda: synchronized("a", "b", within=0, depth=0), "keeps at least one message of each topic, not depth=0"),
-        (lambda: synchronized("a", 3, within=0), "needs the topic's name, a text, not 3"),
-        (
-            lambda: synchronized("left/image", "2", within=0)(takes_one),
-            "calls takes_one with one message of each topic: write def takes_one(self, left, message)",
-        ),
+        pytest.param(lambda: synchronized("a", within=0), id="one topic"),
+        pytest.param(lambda: synchronized("a", "b"), id="no within"),
+        pytest.param(lambda: synchronized("a", "b", hold="c"), id="two topics and hold"),
+        pytest.param(lambda: synchronized("a", within=1, hold="c"), id="within and hold"),
+        pytest.param(lambda: synchronized("a", "b", within="soon"), id="a wrong duration"),
+        pytest.param(lambda: synchronized("a", "b", within=-1), id="a negative duration"),
+        pytest.param(lambda: synchronized("a", "b", within=0, depth=0), id="no depth"),
+        pytest.param(lambda: synchronized("a", 3, within=0), id="a number for a topic"),
+        pytest.param(lambda: synchronized("left/image", "2", within=0)(takes_one), id="one argument"),
     ],
 )
-def test_wrong_declaration_says_what_to_write(declare, text):
-    with pytest.raises(InvalidDeclaration) as raised:
+def test_wrong_declaration_says_what_to_write(declare, golden):
+    with golden.raises(InvalidDeclaration):
         declare()
-    assert text in str(raised.value)
 
 
 def no_header(self, left: Image, right: Float64) -> None: ...
@@ -257,17 +252,12 @@ def no_message(self, left: Image, right: int) -> None: ...
 
 
 @pytest.mark.parametrize(
-    ("function", "text"),
-    [
-        (no_header, "std_msgs/msg/Float64 on b has none; give the type a `header: Header`"),
-        (no_annotation, "must annotate each message: b: Image"),
-        (no_message, "needs a message type"),
-    ],
+    "function", [no_header, no_annotation, no_message], ids=["no header", "no annotation", "no message"]
 )
-def test_type_without_header_is_found_before_the_start(function, text):
+def test_type_without_header_is_found_before_the_start(function, golden):
     wrong = written(synchronized("a", "b", within=0), function)
     (problem,) = Graph([wrong]).plan().errors
-    assert text in problem.message
+    golden(problem.message)
     assert problem.place.file.endswith("test_pairing.py")
 
 
@@ -290,7 +280,7 @@ def test_depth_is_the_queue_of_each_topic():
 
 
 @pytest.mark.asyncio
-async def test_doctor_says_how_far_apart_they_are(looked_at):
+async def test_doctor_says_how_far_apart_they_are(looked_at, golden):
     async with looked_at(Stereo()) as looked:
         for topic, times in (("/left/image", (0, 100)), ("/right/image", (31, 101))):
             for each in times:
@@ -299,7 +289,4 @@ async def test_doctor_says_how_far_apart_they_are(looked_at):
         await looked.until(lambda: sub.pairs)
         tokens, answers = await looked.ask(looked.peer.look)
     texts = [each.message for each in findings(view(tokens, answers), tokens, answers)]
-    assert (
-        "/stereo dropped 1 of 2 messages on /left/image (unpaired 1), depth 3; /left/image and /right/image are "
-        "31 ms apart, within is 20 ms"
-    ) in texts
+    golden(next(text for text in texts if "/left/image" in text))
