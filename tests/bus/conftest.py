@@ -13,6 +13,9 @@ from busflow import (
 )
 from busflow.interfaces.message import Message
 
+PLACE = {r":\d+:\d+": ""}
+"""A mask for golden texts: the line and column of a handler."""
+
 
 class Add(ServiceType, package="test"):
     """Adds one, and says to what."""

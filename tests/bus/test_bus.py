@@ -44,41 +44,26 @@ def in_a_thread(function, *args):
 @pytest.mark.parametrize("first", ["publisher", "subscription"])
 @pytest.mark.parametrize("second", ["publisher", "subscription"])
 @virtual_time
-async def test_first_endpoint_sets_the_topic_type(make_bench, first, second):
+async def test_first_endpoint_sets_the_topic_type(golden, make_bench, first, second):
     bench = make_bench()
     getattr(bench, first)(node="/first")
-    with pytest.raises(IncompatibleType) as caught:
+    with golden.raises(IncompatibleType):
         getattr(bench, second)(node="/second", message_type=String)
-    for word in (f"the {second} of /second", "/number", "std_msgs/msg/String", "std_msgs/msg/Int64"):
-        assert word in str(caught.value)
     topic = bench.bus.topics["/number"]
     assert len(topic.publishers) + len(topic.subscriptions) == 1
 
 
 @pytest.mark.parametrize("publisher_first", [True, False])
 @virtual_time
-async def test_incompatible_qos_is_refused(make_bench, publisher_first):
+async def test_incompatible_qos_is_refused(golden, make_bench, publisher_first):
     bench = make_bench()
     ends = [lambda: bench.publisher(reliability="best_effort"), bench.subscription]
     first, second = ends if publisher_first else reversed(ends)
     first()
-    with pytest.raises(IncompatibleQoS) as caught:
+    with golden.raises(IncompatibleQoS):
         second()
-    for word in ("the publisher of /source", "the subscription of /sink", "/number", "best_effort is offered", "set "):
-        assert word in str(caught.value)
     topic = bench.bus.topics["/number"]
     assert len(topic.publishers) + len(topic.subscriptions) == 1
-
-
-@virtual_time
-async def test_two_buses_in_one_process_never_meet(make_bench):
-    here, there = make_bench(), make_bench()
-    publisher = here.publisher()
-    received, elsewhere = here.subscription(), there.subscription(message_type=String)
-    publisher.publish(number(1))
-    await settle()
-    assert queued(received) == [1]
-    assert queued(elsewhere) == []
 
 
 @virtual_time
@@ -101,42 +86,7 @@ async def test_on_attach_precedes_the_first_message(make_bench):
     assert received == [("Subscription", "/number"), ("Publisher", "/number")]
 
 
-@virtual_time
-async def test_tap_gets_every_message_without_ledger_line(make_bench):
-    bench, received = make_bench(), []
-    publisher, slow = bench.publisher(), bench.subscription(depth=1, overflow="drop_newest")
-    bench.bus.tap(bench.bus.topics["/number"], lambda message: received.append(message.data))
-    publisher.publish(number(1))
-    await publisher.send(number(2))
-    assert received == [1, 2]
-    assert queued(slow) == [1]
-    assert publisher.subscription_count == 1
-    assert len(list(bench.bus.ledger())) == 1
-
-
 # The account.
-
-
-@virtual_time
-async def test_ledger_lists_present_and_past_subscriptions(make_bench):
-    bench = make_bench()
-    publisher = bench.publisher()
-    gone, closed, there = (bench.subscription(node=node) for node in ("/gone", "/closed", "/there"))
-    publisher.publish(number(1))
-    gone.close()
-    gone.close()
-    closed.close()
-    publisher.publish(number(2))
-    assert there.latest == number(2)
-    lines = {line.node: line for line in bench.bus.ledger()}
-    assert len(list(bench.bus.ledger())) == 3
-    assert [
-        (lines[node].published, lines[node].delivered, lines[node].dropped, lines[node].queued) for node in lines
-    ] == [
-        (2, 1, 1, 0),
-        (1, 0, 0, 1),
-        (1, 0, 0, 1),
-    ]
 
 
 @virtual_time
@@ -193,17 +143,6 @@ async def test_full_inbox_drops_its_oldest_message(make_bench):
     assert (bench.bus.inbox.taken, bench.bus.inbox.dropped) == (INBOX_DEPTH, 10)
     assert publisher.published == INBOX_DEPTH
     assert bench.bus.topics[publisher.topic].statistics().losses == {"inbox_dropped": 10}
-
-
-@virtual_time
-async def test_inbox_counts_messages_refused_by_a_full_queue(make_bench):
-    bench = make_bench()
-    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=2)
-    in_a_thread(lambda: [publisher.publish(number(index)) for index in range(5)])
-    await settle()
-    assert queued(slow) == [0, 1]
-    assert (bench.bus.inbox.taken, bench.bus.inbox.refused) == (5, 3)
-    assert bench.bus.topics[publisher.topic].statistics().losses == {"inbox_refused": 3}
 
 
 @virtual_time
@@ -279,27 +218,25 @@ async def test_call_from_another_thread_returns_or_raises(make_bench):
 
 
 @virtual_time
-async def test_call_on_a_busy_loop_is_cancelled(make_bench, limits):
-    bus, called, caught = make_bench().bus, [], []
+async def test_call_on_a_busy_loop_is_cancelled(golden, make_bench, limits):
+    bus, called = make_bench().bus, []
     limits(thread_call=0.01)
 
     def ask():
-        try:
+        with golden.raises(NotRunning):
             bus.call(lambda: called.append(1))
-        except NotRunning as error:
-            caught.append(str(error))
+        called.append("refused")
 
     in_a_thread(ask)
     await settle()
-    assert caught == ["the graph's event loop did nothing else within 0.01 s"]
-    assert called == []
+    assert called == ["refused"]
 
 
 @virtual_time
-async def test_call_on_a_closed_bus_raises(make_bench):
+async def test_call_on_a_closed_bus_raises(golden, make_bench):
     bus = make_bench().bus
     bus.close()
-    with pytest.raises(NotRunning, match="is not running"):
+    with golden.raises(NotRunning):
         await asyncio.to_thread(bus.call, list)
 
 
@@ -335,17 +272,3 @@ async def test_tap_that_is_removed_gets_no_more(make_bench):
     bench.bus.untap(topic, received.append)
     publisher.publish(number(2))
     assert received == [number(1)]
-
-
-@virtual_time
-async def test_recent_messages_are_kept_when_requested(make_bench):
-    bench = make_bench()
-    publisher = bench.publisher()
-    topic = bench.bus.topics["/number"]
-    bench.bus.keep_recent(topic, 2)
-    for value in (1, 2, 3):
-        publisher.publish(number(value))
-    assert list(topic.recent) == [number(2), number(3)]
-    bench.bus.keep_recent(topic, 0)
-    publisher.publish(number(4))
-    assert topic.recent is None

@@ -48,8 +48,8 @@ def test_regular_expressions_match_anywhere_in_a_name():
 
 
 @pytest.mark.parametrize("regex", ["(", "a{99999999999}"])
-def test_wrong_regular_expression_is_refused(regex):
-    with pytest.raises(InvalidName, match=r"invalid regular expression .*; example: "):
+def test_wrong_regular_expression_is_refused(golden, regex):
+    with golden.raises(InvalidName):
         Selection(exclude_regexes=[regex])
 
 
@@ -81,7 +81,7 @@ def test_many_wildcards_take_no_longer():
 
 @pytest.mark.parametrize("pattern", ["", "/", "//a", "/a/", "/a.b", "/a b", "/[ab]", "a?", "/***", "/1a", "/.*", "~/a"])
 def test_what_is_no_pattern_is_refused(pattern):
-    with pytest.raises(InvalidName, match="is not a pattern of topics"):
+    with pytest.raises(InvalidName):
         check_pattern(pattern)
 
 

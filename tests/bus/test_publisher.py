@@ -28,21 +28,6 @@ async def settle():
 
 
 @virtual_time
-async def test_publish_reaches_every_subscription_and_waits_for_none(make_bench):
-    bench, received = make_bench(), []
-    publisher = bench.publisher()
-    bench.subscription(lambda message: received.append(message.data))
-    pulled = bench.subscription()
-    publisher.publish(number(1))
-    publisher.publish(number(2))
-    assert received == []
-    assert queued(pulled) == [1, 2]
-    await settle()
-    assert received == [1, 2]
-    assert (publisher.published, publisher.subscription_count) == (2, 2)
-
-
-@virtual_time
 async def test_every_subscription_receives_the_same_object(make_bench):
     bench = make_bench()
     publisher, one, two = bench.publisher(), bench.subscription(), bench.subscription()
@@ -50,16 +35,6 @@ async def test_every_subscription_receives_the_same_object(make_bench):
     publisher.publish(message)
     assert one.latest is message
     assert two.latest is message
-
-
-@virtual_time
-async def test_message_without_subscription_is_counted(make_bench):
-    bench = make_bench()
-    publisher = bench.publisher()
-    publisher.publish(number(1))
-    assert publisher.published == 1
-    late = bench.subscription()
-    assert late.statistics().published == 0
 
 
 class Wider(Int64, package="tests"):
@@ -81,7 +56,7 @@ PATHS = [
 async def test_message_of_another_type_is_refused(make_bench, offered, requested, wrong):
     bench = make_bench()
     publisher, subscription = bench.publisher(**offered), bench.subscription(**requested)
-    with pytest.raises(IncompatibleType, match="/source publishes std_msgs/msg/Int64 on /number"):
+    with pytest.raises(IncompatibleType):
         publisher.publish(wrong)
     with pytest.raises(IncompatibleType):
         await publisher.send(wrong)
@@ -91,28 +66,26 @@ async def test_message_of_another_type_is_refused(make_bench, offered, requested
 
 
 @virtual_time
-async def test_class_in_place_of_message_gets_brackets(make_bench):
-    with pytest.raises(IncompatibleType, match=r"was given the class Int64: write Int64\(\)$"):
+async def test_class_in_place_of_message_gets_brackets(golden, make_bench):
+    with golden.raises(IncompatibleType):
         make_bench().publisher().publish(Int64)
 
 
 @virtual_time
-async def test_error_escapes_the_refused_value(make_bench):
+async def test_error_escapes_the_refused_value(golden, make_bench):
     class Hostile:
         def __repr__(self):
             return "\x1b[2J" * 1000
 
-    with pytest.raises(IncompatibleType) as caught:
+    with golden.raises(IncompatibleType, mask={r"(..1b.2J)+": "…"}):
         make_bench().publisher().publish(Hostile())
-    assert "\x1b" not in str(caught.value)
-    assert len(str(caught.value)) < 2000
 
 
 @virtual_time
-async def test_a_publisher_outside_of_a_running_graph_refuses(make_bench):
+async def test_a_publisher_outside_of_a_running_graph_refuses(golden, make_bench):
     endpoint = Endpoint("/lonely", "/number", Int64, QoS(), "Lonely.numbers", "number")
     lonely = Publisher(Int64, endpoint)
-    with pytest.raises(NotRunning, match="/number in /lonely is not part of a running graph"):
+    with golden.raises(NotRunning):
         lonely.publish(number(1))
     closed = make_bench().publisher()
     closed.close()
@@ -126,34 +99,21 @@ async def test_a_publisher_outside_of_a_running_graph_refuses(make_bench):
 
 
 @virtual_time
-async def test_publish_to_a_full_queue_raises_wouldblock(make_bench):
+async def test_publish_without_room_or_turn_says_who_is_slow(golden, make_bench):
     bench = make_bench()
     publisher = bench.publisher()
-    lossy = bench.subscription(depth=1)
     bench.subscription(node="/roomy", overflow="block", depth=2)
     slow = bench.subscription(node="/slow", overflow="block", depth=1)
     publisher.publish(number(1))
-    with pytest.raises(WouldBlock) as caught:
+    with golden.raises(WouldBlock):
         publisher.publish(number(2))
-    for word in ("/slow", "/number", "depth 1", "await send()", "drop_oldest"):
-        assert word in str(caught.value)
-    assert "/roomy" not in str(caught.value)
-    assert publisher.published == 1
-    assert (queued(lossy), lossy.queue.dropped) == ([1], 0)
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await settle()
     assert slow.latest == number(1)
-    publisher.publish(number(3))
-    assert queued(lossy) == [3]
-
-
-@virtual_time
-async def test_refused_publish_is_not_kept_for_late_joiners(make_bench):
-    bench = make_bench()
-    publisher = bench.publisher(durability="transient_local")
-    bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    with pytest.raises(WouldBlock):
-        publisher.publish(number(2))
-    assert queued(bench.subscription(durability="transient_local")) == [1]
+    with golden.raises(WouldBlock):
+        publisher.publish(number(3))
+    await sending
+    assert queued(slow) == [2]
 
 
 @virtual_time
@@ -183,151 +143,7 @@ async def test_best_available_keeps_what_the_pair_can(make_bench, offered, reque
 
 
 @virtual_time
-async def test_send_does_not_wait_where_there_is_room(make_bench):
-    bench = make_bench()
-    publisher, subscription = bench.publisher(), bench.subscription(overflow="block", depth=2)
-    sending = publisher.send(number(1))
-    with pytest.raises(StopIteration):
-        sending.send(None)
-    assert queued(subscription) == [1]
-
-
-@virtual_time
-async def test_send_waits_until_every_blocking_subscription_has_room(make_bench):
-    bench = make_bench()
-    publisher = bench.publisher()
-    slow, slower = (bench.subscription(overflow="block", depth=1) for _ in range(2))
-    await publisher.send(number(1))
-    sending = asyncio.create_task(publisher.send(number(2)))
-    await settle()
-    assert slow.latest == number(1)
-    await settle()
-    assert not sending.done()
-    assert queued(slow) == []
-    assert slower.latest == number(1)
-    await settle()
-    assert sending.done()
-    assert queued(slow) == queued(slower) == [2]
-
-
-@virtual_time
-async def test_sends_are_served_in_order(make_bench):
-    bench = make_bench()
-    publishers = [bench.publisher(node=f"/source_{index}") for index in range(3)]
-    received = []
-    subscription = bench.subscription(overflow="block", depth=1)
-    sends = [asyncio.create_task(publishers[index % 3].send(number(index))) for index in range(7)]
-    for _ in sends:
-        await settle()
-        received.append(subscription.latest.data)
-    assert received == list(range(7))
-    await asyncio.gather(*sends)
-
-
-@virtual_time
-async def test_send_does_not_overtake_a_granted_send(make_bench):
-    bench = make_bench()
-    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=3)
-    for value in (1, 2, 3):
-        publisher.publish(number(value))
-    sending = asyncio.create_task(publisher.send(number(4)))
-    await settle()
-    assert [(await anext(slow)).data for _ in range(2)] == [1, 2]
-    await publisher.send(number(5))
-    assert queued(slow) == [3, 4, 5]
-    assert sending.done()
-
-
-@virtual_time
-async def test_room_for_many_serves_all_waiting_sends(make_bench):
-    bench = make_bench()
-    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=2)
-    publisher.publish(number(1))
-    publisher.publish(number(2))
-    sends = [asyncio.create_task(publisher.send(number(value))) for value in (3, 4)]
-    await settle()
-    assert slow.latest == number(2)
-    await asyncio.gather(*sends)
-    assert queued(slow) == [3, 4]
-
-
-@virtual_time
-async def test_publish_behind_a_waiting_send_raises(make_bench):
-    bench = make_bench()
-    publisher, subscription = bench.publisher(), bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    sending = asyncio.create_task(publisher.send(number(2)))
-    await settle()
-    assert subscription.latest == number(1)
-    with pytest.raises(WouldBlock, match=r"a send\(\) on /number is waiting its turn"):
-        publisher.publish(number(3))
-    await sending
-    assert queued(subscription) == [2]
-
-
-@virtual_time
-async def test_publish_does_not_overtake_a_granted_send(make_bench):
-    bench = make_bench()
-    publisher, lossy = bench.publisher(), bench.subscription()
-    slow = bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    sending = asyncio.create_task(publisher.send(number(2)))
-    await settle()
-    slow.close()
-    with pytest.raises(WouldBlock):
-        publisher.publish(number(3))
-    await sending
-    publisher.publish(number(4))
-    assert queued(lossy) == [1, 2, 4]
-
-
-@virtual_time
-async def test_cancelled_send_leaves_no_trace(make_bench):
-    bench = make_bench()
-    publisher, lossy = bench.publisher(), bench.subscription()
-    slow = bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    sending = asyncio.create_task(publisher.send(number(2)))
-    behind = asyncio.create_task(publisher.send(number(3)))
-    await settle()
-    sending.cancel()
-    await settle()
-    assert sending.cancelled()
-    assert slow.latest == number(1)
-    await behind
-    assert (queued(lossy), queued(slow), publisher.published) == ([1, 3], [3], 2)
-
-
-@virtual_time
-async def test_cancelled_send_keeps_the_order_of_others(make_bench):
-    bench = make_bench()
-    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    first, middle, last = (asyncio.create_task(publisher.send(number(value))) for value in (2, 3, 4))
-    await settle()
-    middle.cancel()
-    await settle()
-    assert [(await anext(slow)).data for _ in range(3)] == [1, 2, 4]
-    await asyncio.gather(first, last)
-
-
-@virtual_time
-async def test_send_cancelled_when_granted_passes_its_turn(make_bench):
-    bench = make_bench()
-    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    sending = asyncio.create_task(publisher.send(number(2)))
-    behind = asyncio.create_task(publisher.send(number(3)))
-    await settle()
-    assert slow.latest == number(1)
-    sending.cancel()
-    await behind
-    assert queued(slow) == [3]
-    assert publisher.published == 2
-
-
-@virtual_time
-async def test_send_timeout_names_the_full_subscription(make_bench):
+async def test_send_timeout_names_the_full_subscription(golden, make_bench):
     bench = make_bench()
     publisher, lossy = bench.publisher(), bench.subscription()
     bench.subscription(node="/roomy", overflow="block", depth=2, block_timeout_s=60)
@@ -335,12 +151,9 @@ async def test_send_timeout_names_the_full_subscription(make_bench):
     publisher.publish(number(1))
     loop = asyncio.get_running_loop()
     began = loop.time()
-    with pytest.raises(SendTimeout) as caught:
+    with golden.raises(SendTimeout):
         await publisher.send(number(2))
     assert loop.time() - began == 0.25
-    for word in ("/number", "0.25 s", "/slow", "depth", "drop_oldest"):
-        assert word in str(caught.value)
-    assert "/roomy" not in str(caught.value)
     assert (publisher.published, queued(lossy)) == (1, [1])
 
 
@@ -358,67 +171,6 @@ async def test_send_timeout_is_that_of_the_full_subscription(make_bench):
     assert queued(slow) == [2]
 
 
-@virtual_time
-async def test_timed_out_send_passes_its_turn(make_bench):
-    bench = make_bench()
-    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1, block_timeout_s=1)
-    publisher.publish(number(1))
-    early = asyncio.create_task(publisher.send(number(2)))
-    await asyncio.sleep(0.5)
-    late = asyncio.create_task(publisher.send(number(3)))
-    await asyncio.sleep(0.6)
-    assert isinstance(early.exception(), SendTimeout)
-    assert slow.latest == number(1)
-    await late
-    assert queued(slow) == [3]
-
-
-@virtual_time
-async def test_send_continues_when_the_full_subscription_leaves(make_bench):
-    bench = make_bench()
-    publisher, lossy = bench.publisher(), bench.subscription()
-    slow = bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    sending = asyncio.create_task(publisher.send(number(2)))
-    await settle()
-    slow.close()
-    await sending
-    assert queued(lossy) == [1, 2]
-    assert bench.balanced()
-
-
-@virtual_time
-async def test_send_waits_for_a_full_late_joiner(make_bench):
-    bench = make_bench()
-    publisher = bench.publisher(durability="transient_local")
-    slow = bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    sending = asyncio.create_task(publisher.send(number(2)))
-    await settle()
-    assert slow.latest == number(1)
-    newcomer = bench.subscription(overflow="block", depth=1, durability="transient_local")
-    await settle()
-    assert not sending.done()
-    assert newcomer.latest == number(1)
-    await sending
-    assert queued(slow) == queued(newcomer) == [2]
-
-
-@virtual_time
-async def test_waiting_send_of_a_closed_publisher_raises(make_bench):
-    bench = make_bench()
-    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
-    publisher.publish(number(1))
-    sending = asyncio.create_task(publisher.send(number(2)))
-    await settle()
-    publisher.close()
-    assert slow.latest == number(1)
-    with pytest.raises(NotRunning):
-        await sending
-    assert queued(slow) == []
-    assert bench.balanced()
-
-
 @pytest.mark.parametrize(("offered", "requested"), PATHS)
 @virtual_time
 async def test_another_thread_touches_no_queue_itself(make_bench, offered, requested):
@@ -429,25 +181,6 @@ async def test_another_thread_touches_no_queue_itself(make_bench, offered, reque
     thread.join(60)
     assert (queued(subscription), publisher.published) == ([], 0)
     assert (await anext(subscription)).data == 1
-
-
-@pytest.mark.parametrize("offered", [{}, {"durability": "transient_local"}], ids=["short", "latched"])
-@virtual_time
-async def test_publish_from_another_thread_keeps_the_order(make_bench, offered):
-    bench, received, done = make_bench(), [], asyncio.Event()
-    publisher = bench.publisher(**offered)
-
-    def receive(message):
-        received.append((message.data, threading.current_thread()))
-        if message.data == 99:
-            done.set()
-
-    bench.subscription(receive, depth=100)
-    thread = threading.Thread(target=lambda: [publisher.publish(number(index)) for index in range(100)])
-    thread.start()
-    await asyncio.to_thread(thread.join, 10)
-    await done.wait()
-    assert received == [(index, threading.current_thread()) for index in range(100)]
 
 
 @virtual_time
@@ -462,24 +195,10 @@ async def test_wrong_type_raises_in_the_calling_thread(make_bench):
 
 
 @virtual_time
-async def test_send_belongs_to_the_loop_of_the_graph(make_bench):
+async def test_send_belongs_to_the_loop_of_the_graph(golden, make_bench):
     publisher = make_bench().publisher()
-    with pytest.raises(NotRunning, match="must be awaited on the graph's own event loop; use publish"):
+    with golden.raises(NotRunning):
         await asyncio.to_thread(lambda: asyncio.run(publisher.send(number(1))))
-
-
-@virtual_time
-async def test_closed_publisher_stays_counted_without_history(make_bench):
-    bench = make_bench()
-    publisher = bench.publisher(durability="transient_local")
-    early = bench.subscription(durability="transient_local")
-    publisher.publish(number(1))
-    publisher.close()
-    bench.publisher(node="/other", durability="transient_local").publish(number(2))
-    assert bench.bus.topics["/number"].published == 2
-    assert queued(early) == [1, 2]
-    assert queued(bench.subscription(durability="transient_local")) == [2]
-    assert bench.balanced()
 
 
 @virtual_time
@@ -570,7 +289,7 @@ async def test_successor_of_a_closed_publisher_is_closed(make_bench):
     before.close()
     after = Publisher(Int64, before.endpoint)
     bench.bus.attach_publisher(after, before)
-    with pytest.raises(NotRunning, match="is not part of a running graph"):
+    with pytest.raises(NotRunning):
         after.publish(number(2))
 
 

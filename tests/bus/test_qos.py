@@ -70,13 +70,13 @@ def test_policies_have_the_words_of_ros(case):
 
 @pytest.mark.parametrize("depth", [0, -1, True, "5", 2.0, None])
 def test_a_depth_is_a_whole_number_above_zero(depth):
-    with pytest.raises(InvalidDeclaration, match="QoS: depth must be "):
+    with pytest.raises(InvalidDeclaration):
         QoS(depth=depth)
     assert [fault.path for fault in qos_faults({"depth": depth})] == [("depth",)]
 
 
-def test_a_misspelt_qos_field_is_put_right():
-    with pytest.raises(InvalidDeclaration, match=r"^QoS: unknown field deadlne_s \(did you mean 'deadline_s'\?\)$"):
+def test_a_misspelt_qos_field_is_put_right(golden):
+    with golden.raises(InvalidDeclaration):
         QoS(deadlne_s=1)
 
 
@@ -101,31 +101,29 @@ def test_time_limits_are_seconds_or_have_a_unit(word, text, seconds):
 def test_invalid_duration_is_a_fault_at_its_key(text):
     (fault,) = qos_faults({"depth": 3, "deadline": text})
     assert fault.path == ("deadline",)
-    assert "a duration is" in fault.message
 
 
 @pytest.mark.parametrize(
-    ("data", "message", "fix"),
+    ("key", "value"),
     [
-        ({"relaibility": "reliable"}, "unknown key relaibility", "did you mean 'reliability'?"),
-        ({"deadlin": 1}, "unknown key deadlin", "did you mean 'deadline'?"),
-        ({"history": "keep_all"}, "unknown key history", "overflow: block"),
-        ({"deadline": 1, "deadline_s": 1}, "unknown key deadline_s", "deadline says the same"),
-        ({"reliability": "relable"}, "reliability must be one of", "did you mean 'reliable'?"),
-        ({"durability": "unknown"}, "durability: unknown", "leave it out"),
+        ("relaibility", "reliable"),
+        ("deadlin", 1),
+        ("history", "keep_all"),
+        ("reliability", "relable"),
+        ("durability", "unknown"),
+        ("deadline_s", 1),
     ],
 )
-def test_wrong_key_or_word_gets_a_suggestion(data, message, fix):
-    (fault,) = qos_faults(data)
-    assert fault.path == (next(reversed(data)),)
-    assert message in fault.message
-    assert fix in fault.fix
+def test_wrong_key_or_word_gets_a_suggestion(golden, key, value):
+    (fault,) = qos_faults({"deadline": 1, key: value} if key == "deadline_s" else {key: value})
+    assert fault.path == (key,)
+    golden(f"{fault.message}: {fault.fix}")
 
 
-def test_habits_of_rclpy_are_answered():
-    with pytest.raises(InvalidDeclaration, match=r"write QoS\(depth=10\)"):
+def test_habits_of_rclpy_are_answered(golden):
+    with golden.raises(InvalidDeclaration):
         QoS(10)
-    with pytest.raises(InvalidDeclaration, match=r"unknown field history .*the last `depth` messages are kept"):
+    with golden.raises(InvalidDeclaration):
         QoS(history="keep_last")
 
 
@@ -182,8 +180,7 @@ def test_schema_uses_the_yaml_names():
     assert all(entry["description"] for entry in schema["$defs"].values())
 
 
-@pytest.mark.parametrize(("given", "depth"), [(5, 5), (0, 10), (True, 10), ("reliable", 10)])
-def test_bare_depth_is_answered_with_a_profile(given, depth):
-    with pytest.raises(InvalidDeclaration) as caught:
+@pytest.mark.parametrize("given", [5, 0, True, "reliable"])
+def test_bare_depth_is_answered_with_a_profile(golden, given):
+    with golden.raises(InvalidDeclaration):
         checked_qos(given, "publisher(…)")
-    assert str(caught.value) == f"publisher(…): qos must be a QoS: write qos=QoS(depth={depth}), not {given!r}"

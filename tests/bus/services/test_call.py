@@ -16,7 +16,7 @@ from busflow import (
 from busflow.errors import NodeFailed
 from busflow.msgs.std_srvs import Trigger
 from busflow.testing import harness, virtual_time
-from tests.bus.conftest import accounts
+from tests.bus.conftest import PLACE, accounts
 
 
 class Chain(Node):
@@ -50,24 +50,18 @@ async def test_a_chain_that_ends_is_no_deadlock():
 
 @pytest.mark.parametrize("length", [1, 2, 3])
 @virtual_time
-async def test_a_circle_of_callers_is_named_at_once(length):
+async def test_a_circle_of_callers_is_named_at_once(golden, length):
     names = "abc"[:length]
     nodes = [Chain(f"{names[(at + 1) % length]}/step", name=each) for at, each in enumerate(names)]
     async with harness(*nodes) as lab:
-        with pytest.raises(ServiceFailed) as caught:
+        with golden.raises(ServiceFailed, mask=PLACE):
             await lab.call(Trigger, "a/step")
-        circle = ", which waits for ".join(f"/{each}/step" for each in (*names[1:], "a"))
-        assert f"DeadlockError: /{names[-1]}/step waits for " in str(caught.value)
-        text = str(caught.value).partition("DeadlockError: ")[2]
-        steps = text.partition(": none of them")[0].replace(", which", "").split(" waits for ")
-        assert sorted(set(steps)) == sorted(f"/{each}/step" for each in names)
-        assert steps[0] == steps[-1], circle
         assert lab.clock.seconds() == 0
         assert accounts(lab)
 
 
 @virtual_time
-async def test_start_calling_its_own_service_deadlocks():
+async def test_start_calling_its_own_service_deadlocks(golden):
     class Impatient(Node):
         own = client(Trigger, "~/ready")
 
@@ -78,13 +72,13 @@ async def test_start_calling_its_own_service_deadlocks():
         async def start(self) -> None:
             await self.own.call()
 
-    with pytest.raises(NodeFailed, match=r"start\(\) of /impatient waits for /impatient/ready, which waits for start"):
+    with golden.raises(NodeFailed, mask=PLACE):
         async with harness(Impatient):
             pass
 
 
 @virtual_time
-async def test_starts_waiting_for_each_other_deadlock():
+async def test_starts_waiting_for_each_other_deadlock(golden):
     class Starter(Node):
         def declare(self) -> None:
             self.create_service(Trigger, "~/ready", lambda _: Trigger.Response(success=True))
@@ -93,7 +87,7 @@ async def test_starts_waiting_for_each_other_deadlock():
         async def start(self) -> None:
             await self.other.call()
 
-    with pytest.raises(NodeFailed, match="DeadlockError"):
+    with golden.raises(NodeFailed, mask=PLACE):
         async with harness(Starter(name="left"), Starter(name="right")) as lab:
             assert lab.clock.seconds() == 0
 

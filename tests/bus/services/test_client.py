@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from functools import partial
 
 import anyio
 import pytest
@@ -25,7 +26,7 @@ from tests.bus.conftest import Add, Adder, accounts, line, three_calls
 
 
 @virtual_time
-async def test_a_server_that_comes_later_is_waited_for():
+async def test_a_server_that_comes_later_is_waited_for(golden):
     class Later(Node):
         async def run(self) -> None:
             await self.clock.sleep(3)
@@ -36,7 +37,7 @@ async def test_a_server_that_comes_later_is_waited_for():
         success = False
 
         async def run(self) -> None:
-            with pytest.raises(ServiceUnavailable, match="/later has no server"):
+            with golden.raises(ServiceUnavailable):
                 await self.later.ready(timeout=2)
             assert await self.later.ready(timeout=None)
             self.success = self.later.available and (await self.later.call()).success
@@ -49,9 +50,9 @@ async def test_a_server_that_comes_later_is_waited_for():
 
 
 @virtual_time
-async def test_missing_service_suggests_the_nearest():
+async def test_missing_service_suggests_the_nearest(golden):
     async with harness(Adder) as lab:
-        with pytest.raises(ServiceUnavailable, match=r"/adder/ad has no server; did you mean '/adder/add'\?"):
+        with golden.raises(ServiceUnavailable):
             await lab.call(Add, "adder/ad")
         assert lab.clock.seconds() == 0
 
@@ -70,9 +71,9 @@ async def test_uncaught_service_error_fails_the_caller():
 
 
 @virtual_time
-async def test_call_times_out_in_virtual_time():
+async def test_call_times_out_in_virtual_time(golden):
     async with harness(Adder) as lab:
-        with pytest.raises(ServiceTimeout, match=r"/adder/never did not answer within 5 s \(its server is /adder\)"):
+        with golden.raises(ServiceTimeout):
             await lab.call(Add, "adder/never")
         assert lab.clock.seconds() == 5
         with pytest.raises(TimeoutError):
@@ -95,8 +96,10 @@ async def test_call_without_a_timeout_waits():
 @virtual_time
 async def test_invalid_timeout_is_refused(limit_s):
     async with harness(Adder) as lab:
-        with pytest.raises(ValueError, match="timeout is a number of seconds above 0, or None"):
-            await lab.call(Add, "adder/add", timeout=limit_s)
+        asking = lab.node(Adder).create_client(Add, "adder/add")
+        for wait in (asking.call, asking.ready, partial(lab.call, Add, "adder/add")):
+            with pytest.raises(ValueError, match="timeout"):
+                await wait(timeout=limit_s)
 
 
 @virtual_time
@@ -141,49 +144,48 @@ async def test_anyio_cancel_scope_ends_a_call():
 
 
 @virtual_time
-async def test_request_of_another_type_is_refused():
+async def test_request_of_another_type_is_refused(golden):
     async with harness(Adder) as lab:
-        with pytest.raises(IncompatibleType, match="asks /adder/add with a test/srv/Add_Request, not std_srvs/srv/"):
+        with golden.raises(IncompatibleType):
             await lab.call(Add, "adder/add", SetBool.Request())
-        with pytest.raises(IncompatibleType, match=r"not the class Add.Request: write Add.Request\(\)$"):
+        with golden.raises(IncompatibleType):
             await lab.call(Add, "adder/add", Add.Request)
-        with pytest.raises(IncompatibleType, match="/adder/add is a test/srv/Add, not a std_srvs/srv/Tri"):
+        with golden.raises(IncompatibleType):
             await lab.call(Trigger, "adder/add")
-        with pytest.raises(IncompatibleType, match="uses the service /adder/slow as std_srvs/srv/Trigger, but it is"):
+        with golden.raises(IncompatibleType):
             await lab.call(Trigger, "adder/slow")
         assert line(lab, "/adder/add").received == 0
 
 
-def test_call_from_another_thread_is_refused():
-    caught = []
+def test_call_from_another_thread_is_refused(golden):
+    refused = []
 
     async def main():
         async with busflow.launch(Adder) as graph:
             found = graph.bus.services["/adder/add"]
 
             def ask():
-                try:
+                with golden.raises(NotRunning) as caught:
                     asyncio.run(found.call(Add.Request(), caller="/thread"))
-                except NotRunning as error:
-                    caught.append(str(error))
+                refused.append(caught.value)
 
             thread = threading.Thread(target=ask)
             thread.start()
             thread.join(60)
 
     asyncio.run(main())
-    assert caught == ["a call of /adder/add must be awaited on the graph's own event loop"]
+    assert len(refused) == 1
 
 
 @virtual_time
-async def test_closed_client_calls_nothing():
+async def test_closed_client_calls_nothing(golden):
     async with harness(Adder) as lab:
         asking = lab.node(Adder).create_client(Add, "adder/add")
         assert (await asking.call()).sum == 1
         assert repr(asking) == "<Client /adder/add of /adder: 1 answered, 0 failed, 0 waiting>"
         for _ in range(2):
             asking.close()
-        with pytest.raises(NotRunning, match="the client of /adder/add in /adder is not part of a running graph"):
+        with golden.raises(NotRunning):
             await asking.call()
 
 
@@ -208,7 +210,7 @@ async def test_begun_calls_are_counted_by_their_ends():
 
 
 @virtual_time
-async def test_begun_call_that_closes_a_circle_is_refused():
+async def test_begun_call_that_closes_a_circle_is_refused(golden):
     class Circular(Node):
         again = client(Trigger, "~/step")
         begun = None
@@ -216,7 +218,7 @@ async def test_begun_call_that_closes_a_circle_is_refused():
         @service(Trigger, "~/step")
         async def step(self, _request: Trigger.Request) -> Trigger.Response:
             self.begun = self.again.begin(Trigger.Request(), timeout=1)
-            with pytest.raises(DeadlockError, match="/circular/step waits for /circular/step"):
+            with golden.raises(DeadlockError):
                 self.again.refuse_cycle(self.begun)
             return Trigger.Response()
 

@@ -18,7 +18,7 @@ from busflow.errors import NotRunning
 from busflow.msgs.std_srvs import Trigger
 from busflow.node.node import runtime_of
 from busflow.testing import harness, virtual_time
-from tests.bus.conftest import Add, Adder, accounts, line, three_calls
+from tests.bus.conftest import PLACE, Add, Adder, accounts, line, three_calls
 
 
 @virtual_time
@@ -52,14 +52,14 @@ async def test_request_waits_until_its_server_has_started():
 
 
 @virtual_time
-async def test_handler_error_reaches_caller_and_server_log():
+async def test_handler_error_reaches_caller_and_server_log(golden):
     async with harness(Adder) as lab:
-        with pytest.raises(ServiceFailed, match="/adder/wrong failed in /adder: ValueError: cannot add to 4") as caught:
+        with golden.raises(ServiceFailed, mask=PLACE) as caught:
             await lab.call(Add, "adder/wrong", Add.Request(number=4))
         assert isinstance(caught.value.__cause__, ValueError)
         (record,) = [record for record in lab.log if record.level == "error"]
         assert record.node == "/adder"
-        assert "Adder.fail (service /adder/wrong): ValueError: cannot add to 4" in record.event
+        golden(record.event, "log", mask=PLACE)
         assert record.values["traceback"][-1].endswith("in fail")
         assert await lab.call(Add, "adder/add") == Add.Response(sum=1)
         assert (line(lab, "/adder/wrong").failed, accounts(lab)) == (1, True)
@@ -80,7 +80,7 @@ async def test_failed_async_handler_answers_the_next_request():
 
 
 @virtual_time
-async def test_a_handler_that_returns_no_response_has_failed():
+async def test_a_handler_that_returns_no_response_has_failed(golden):
     class Forgetful(Node):
         @service(Add, "nothing")
         def nothing(self, _request: Add.Request):
@@ -94,37 +94,33 @@ async def test_a_handler_that_returns_no_response_has_failed():
             self.create_service(Add, "coroutine", lambda request: self.other(request))  # noqa: PLW0108  # it is plain
 
     async with harness(Forgetful) as lab:
-        for name, text in {
-            "nothing": "must return a test/srv/Add_Response, not None",
-            "other": "must return a test/srv/Add_Response, not std_srvs/srv/Trigger_Response",
-            "coroutine": "returned a coroutine, which is not awaited",
-        }.items():
-            with pytest.raises(ServiceFailed, match=text):
+        for name in ("nothing", "other", "coroutine"):
+            with golden.raises(ServiceFailed, name, mask=PLACE):
                 await lab.call(Add, name)
 
 
 @virtual_time
-async def test_ended_server_fails_its_waiting_calls():
+async def test_ended_server_fails_its_waiting_calls(golden):
     async with harness(Adder, expect_failure=Adder) as lab:
         calls = [asyncio.create_task(lab.call(Add, "adder/slow", Add.Request(number=n))) for n in range(2)]
         await lab.settle()
         lab.fail(Adder, RuntimeError("planted"))
         for each in await asyncio.gather(*calls, return_exceptions=True):
             assert isinstance(each, ServiceGone)
-            assert "/adder/slow: its server /adder ended before it had answered" in str(each)
-        with pytest.raises(ServiceUnavailable, match="/adder/slow has no server any more: /adder has ended"):
+            golden(str(each))
+        with golden.raises(ServiceUnavailable):
             await lab.graph.bus.services["/adder/slow"].call(Add.Request(), caller="/test")
         assert (line(lab, "/adder/slow").lost, accounts(lab)) == (2, True)
 
 
 @virtual_time
-async def test_a_graph_that_stops_leaves_no_caller_waiting():
+async def test_a_graph_that_stops_leaves_no_caller_waiting(golden):
     async with harness(Adder) as lab:
         call = asyncio.create_task(lab.call(Add, "adder/never", timeout=None))
         await lab.settle()
     with pytest.raises(ServiceGone):
         await call
-    with pytest.raises(NotRunning, match="has ended"):
+    with golden.raises(NotRunning):
         await lab.call(Add, "adder/add")
     assert accounts(lab)
 
@@ -142,10 +138,10 @@ async def test_system_exit_in_a_handler_fails_the_node():
 
 
 @virtual_time
-async def test_request_to_a_full_server_is_refused():
+async def test_request_to_a_full_server_is_refused(golden):
     async with harness(Adder) as lab:
         calls = await three_calls(lab)
-        with pytest.raises(ServiceUnavailable, match=r"/adder/slow of /adder has no room .* 2 wait already"):
+        with golden.raises(ServiceUnavailable):
             await lab.call(Add, "adder/slow")
         assert [each.sum for each in await asyncio.gather(*calls)] == [1, 2, 3]
         assert (line(lab, "/adder/slow").refused, accounts(lab)) == (1, True)
@@ -171,7 +167,7 @@ async def test_restarted_server_continues_its_account():
             lab.node(Phoenix).server.close()
             with pytest.raises(ServiceGone):
                 await call
-            with pytest.raises(ServiceUnavailable, match="/phoenix/work has no server any more: /phoenix has ended"):
+            with pytest.raises(ServiceUnavailable):
                 await lab.call(Trigger, "phoenix/work")
             lab.node(Phoenix).rise()
             assert (await lab.call(Trigger, "phoenix/work")).success
