@@ -13,6 +13,15 @@ from pathlib import Path
 
 import pytest
 
+VARYING = {
+    r" at 0x[0-9a-f]+": " at 0x…",  # of an object
+    r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}": "UUID",
+    r"embedded null (byte|character)": "embedded null byte",  # Python 3.11, and newer ones
+    r"[^\s'\"]*/pytest-of-[^/]+/pytest-\d+(/popen-gw\d+)?/\w+": "TMP_PATH",
+    r"(tests/\S+\.py):\d+:\d+": r"\1:…",  # a line of the test itself
+}
+"""What varies in most texts, and the word that stands for it."""
+
 HEADING = re.compile(r"^=== (.+)\n", re.MULTILINE)
 
 
@@ -29,7 +38,7 @@ def write(file: Path, texts: Mapping[str, str]) -> None:
 
 def masked(text: str, mask: Mapping[str, str]) -> str:
     """Replace each match of a regular expression, such as a time, a port or a folder of this machine."""
-    for pattern, shown in mask.items():
+    for pattern, shown in {**VARYING, **mask}.items():
         text = re.sub(pattern, shown, text)
     return text.rstrip("\n")
 

@@ -138,8 +138,8 @@ def test_numbers_of_numpy_keep_their_size():
 
 
 @pytest.mark.parametrize("seconds", [math.nan, math.inf])
-def test_a_time_has_a_finite_number_of_seconds(seconds):
-    with pytest.raises(OverflowError, match=f"finite number of seconds, not {seconds}"):
+def test_a_time_has_a_finite_number_of_seconds(seconds, golden):
+    with golden.raises(OverflowError):
         Time(seconds=seconds)
 
 

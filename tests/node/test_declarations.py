@@ -72,12 +72,10 @@ def test_a_class_shows_declarations_without_an_instance():
     assert [each.origin for each in found.values()] == ["Base.numbers", "Base.words", "Base.on_number", "Base.tick"]
 
 
-def test_an_endpoint_outside_a_graph_is_an_error():
+def test_an_endpoint_outside_a_graph_is_an_error(golden):
     node = Base()
     for name in ("numbers", "words", "tick"):
-        with pytest.raises(
-            AttributeError, match=rf"Base\.{name} is an endpoint only of a node that is part of a graph"
-        ):
+        with golden.raises(AttributeError):
             getattr(node, name)
 
 
@@ -233,7 +231,7 @@ def test_a_type_checking_import_is_refused_with_remedy():
         assert word in str(caught.value)
 
 
-def test_handler_without_annotation_is_refused_with_advice():
+def test_handler_without_annotation_is_refused_with_advice(golden):
     class Silent(Node):
         @subscription("numbers")
         def on_number(self, number): ...
@@ -241,7 +239,7 @@ def test_handler_without_annotation_is_refused_with_advice():
         @on_event("numbers")
         def on_silence(self, event): ...
 
-    with pytest.raises(InvalidDeclaration, match=r"on_number\(self, message: Imu\) -> None"):
+    with golden.raises(InvalidDeclaration):
         Silent.on_number.message_type()
     with pytest.raises(InvalidDeclaration, match="event: DeadlineMissed"):
         Silent.on_silence.event_type()
@@ -292,10 +290,10 @@ def test_a_timer_says_which_parameter_decides():
 
 
 @pytest.mark.parametrize("name", ["nothing", "camera.nothing", "name_of_it", "on", "camera"])
-def test_a_timer_that_names_no_number_says_so(name):
+def test_a_timer_that_names_no_number_says_so(name, golden):
     declared = timer(hz=name)(nothing)
     declared.__set_name__(Base, "tick")
-    with pytest.raises(InvalidDeclaration, match=rf"Base\.tick: @timer names the parameter '{name}', which is "):
+    with golden.raises(InvalidDeclaration):
         declared.period(Rates())
 
 
@@ -316,32 +314,32 @@ def test_an_impossible_period_is_refused_where_written(given):
         timer(hz=given)
 
 
-def test_a_timer_has_a_period_or_a_rate():
+def test_a_timer_has_a_period_or_a_rate(golden):
     for arguments in ({}, {"period_s": 1, "hz": 1}):
-        with pytest.raises(InvalidDeclaration, match="either the period in seconds or hz="):
+        with golden.raises(InvalidDeclaration):
             timer(**arguments)
 
 
-def test_an_unknown_policy_is_refused_with_the_known():
-    with pytest.raises(InvalidDeclaration, match="missed= is one of skip, burst, got 'catch up'"):
+def test_an_unknown_policy_is_refused_with_the_known(golden):
+    with golden.raises(InvalidDeclaration):
         timer(1, missed="catch up")
 
 
-def test_a_wrong_message_type_is_refused_where_written():
+def test_a_wrong_message_type_is_refused_where_written(golden):
     for declare in (publisher, subscription):
         for wrong in (int, 3, None, Node):
             with pytest.raises(InvalidDeclaration, match="needs"):
                 declare(wrong, "numbers")
-    with pytest.raises(InvalidDeclaration, match="needs the topic's name"):
+    with golden.raises(InvalidDeclaration):
         subscription(Int64)
 
 
-def test_a_decorator_takes_its_qos_by_name():
-    with pytest.raises(InvalidDeclaration, match=r"takes nothing more but qos="):
+def test_a_decorator_takes_its_qos_by_name(golden):
+    with golden.raises(InvalidDeclaration):
         subscription("numbers", QoS(depth=1))
 
 
-def test_a_method_is_either_timer_or_handler():
+def test_a_method_is_either_timer_or_handler(golden):
     def method(self, number: Int64) -> None: ...
     def tick(self) -> None: ...
 
@@ -351,7 +349,7 @@ def test_a_method_is_either_timer_or_handler():
         lambda: timer(1)(timer(2)(tick)),
         lambda: on_event("numbers")(timer(1)(tick)),
     ):
-        with pytest.raises(InvalidDeclaration, match="methods of their own"):
+        with golden.raises(InvalidDeclaration):
             twice()
 
 
@@ -375,26 +373,22 @@ async def test_an_overridden_timer_can_call_its_base():
     assert graph.node(Derived).ticks == 11
 
 
-def test_subscription_without_handler_is_no_decorator():
-    with pytest.raises(
-        InvalidDeclaration, match=r'write @subscription\("numbers"\): .* def on_it\(self, message: Int64\)'
-    ):
+def test_subscription_without_handler_is_no_decorator(golden):
+    with golden.raises(InvalidDeclaration):
 
         @subscription(Int64, "numbers")
         def on_it(self, message): ...
 
 
-def test_timer_calls_its_method_with_the_node_alone():
-    with pytest.raises(
-        InvalidDeclaration, match=r"@timer calls tick with nothing but the node: write def tick\(self\)"
-    ):
+def test_timer_calls_its_method_with_the_node_alone(golden):
+    with golden.raises(InvalidDeclaration):
 
         @timer(1)
         def tick(self, number): ...
 
 
-def test_topic_name_is_text():
-    with pytest.raises(InvalidDeclaration, match=r"publisher\(Int64, …\) needs the topic's name, a text, not 3"):
+def test_topic_name_is_text(golden):
+    with golden.raises(InvalidDeclaration):
         publisher(Int64, 3)
 
 
@@ -406,15 +400,13 @@ def test_callable_without_signature_may_be_handler():
 @pytest.mark.parametrize(
     ("decorator", "example"), [(subscription("numbers"), "message: Imu"), (on_event("numbers"), "event: ")]
 )
-def test_handler_takes_one_thing_besides_the_node(decorator, example):
+def test_handler_takes_one_thing_besides_the_node(decorator, example, golden):
     def method(self): ...
     def greedy(self, one, two): ...
     def collecting(self, *all_of_it): ...
 
     for wrong in (method, greedy):
-        with pytest.raises(
-            InvalidDeclaration, match=f"calls {wrong.__name__} with the node and one thing more"
-        ) as caught:
+        with golden.raises(InvalidDeclaration) as caught:
             decorator(wrong)
         assert f"write def {wrong.__name__}(self, {example}" in str(caught.value)
     assert isinstance(decorator(collecting), Handler)

@@ -99,20 +99,20 @@ def test_a_handler_need_not_be_annotated(arguments):
 
 
 @pytest.mark.parametrize("given", ["~/reset", Trigger.Request, Int64, None, Trigger()])
-def test_a_wrong_service_type_is_refused_where_written(given):
-    with pytest.raises(InvalidDeclaration, match="@service needs a service type"):
+def test_a_wrong_service_type_is_refused_where_written(given, golden):
+    with golden.raises(InvalidDeclaration):
         service(given, "reset")
-    with pytest.raises(InvalidDeclaration, match="client needs a service type"):
+    with golden.raises(InvalidDeclaration):
         client(given, "reset")
 
 
 @pytest.mark.parametrize("depth", [0, -1, True, 1.5, "10"])
-def test_a_depth_that_cannot_be_is_refused(depth):
+def test_a_depth_that_cannot_be_is_refused(depth, golden):
     class Answering(Node):
         @service(Trigger, "reset", depth=depth)
         def on_reset(self, request: Trigger.Request) -> Trigger.Response: ...
 
-    with pytest.raises(InvalidDeclaration, match=r"Answering.on_reset: depth is a whole number from 1"):
+    with golden.raises(InvalidDeclaration):
         harnessed(Answering)
 
 
@@ -126,18 +126,18 @@ def harnessed(node_class):
     runtime_of(node_class()).declare(Surroundings(clock, Log(clock)))
 
 
-def test_a_timer_answers_no_service():
-    with pytest.raises(InvalidDeclaration, match="@timer stands alone"):
+def test_a_timer_answers_no_service(golden):
+    with golden.raises(InvalidDeclaration):
         service(Trigger, "reset")(timer(1.0)(lambda _: None))
 
 
-def test_a_service_without_type_or_name_is_explained():
-    with pytest.raises(InvalidDeclaration, match=r"@service needs a service type.* not '~/reset'"):
+def test_a_service_without_type_or_name_is_explained(golden):
+    with golden.raises(InvalidDeclaration):
         service("~/reset")
-    with pytest.raises(InvalidDeclaration, match=r"@service\(Trigger, …\) needs the service's name"):
+    with golden.raises(InvalidDeclaration):
         service(Trigger)
 
 
-def test_a_swapped_subscription_is_put_right():
-    with pytest.raises(InvalidDeclaration, match=r'write subscription\(Int64, "numbers"\)'):
+def test_a_swapped_subscription_is_put_right(golden):
+    with golden.raises(InvalidDeclaration):
         subscription("numbers", Int64)

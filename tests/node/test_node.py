@@ -65,12 +65,12 @@ def test_all_faults_of_parameters_come_at_once():
     assert {fault.path for fault in caught.value.faults} == {("rate_hz",), ("lable",)}
 
 
-def test_a_node_takes_its_parameters_object_or_values():
+def test_a_node_takes_its_parameters_object_or_values(golden):
     class Others(Parameters):
         rate_hz: float = 10
 
     for make in (lambda: Rated(Rates(), rate_hz=1), lambda: Rated(Others()), lambda: Rated({"rate_hz": 1})):
-        with pytest.raises(InvalidDeclaration, match="Rated takes either one Rates or its values by name"):
+        with golden.raises(InvalidDeclaration):
             make()
 
 
@@ -97,16 +97,16 @@ def test_a_subclass_inherits_or_replaces_the_parameters_class():
     assert Anew(gain=2).parameters == More(gain=2)
 
 
-def test_an_impossible_annotation_of_parameters_is_named():
+def test_an_impossible_annotation_of_parameters_is_named(golden):
     class Untrue(Node):
         parameters: Unseen
 
     class Wrong(Node):
         parameters: int
 
-    with pytest.raises(InvalidDeclaration, match=r"Untrue\.parameters .*'Unseen' is not defined"):
+    with golden.raises(InvalidDeclaration):
         Untrue()
-    with pytest.raises(InvalidDeclaration, match=r"Wrong\.parameters must be annotated with a class derived from"):
+    with golden.raises(InvalidDeclaration):
         Wrong()
 
 
@@ -131,7 +131,7 @@ def test_a_name_outside_ros_grammar_is_refused_escaped(name):
     assert "\x1b" not in str(caught.value)
 
 
-def test_a_call_that_needs_a_graph_says_so():
+def test_a_call_that_needs_a_graph_says_so(golden):
     node = Rated()
     for use in (
         lambda: node.clock,
@@ -140,9 +140,7 @@ def test_a_call_that_needs_a_graph_says_so():
         lambda: node.create_publisher(Int64, "numbers"),
         lambda: node.create_subscription(Int64, "numbers"),
     ):
-        with pytest.raises(
-            NotRunning, match=r"rated is not part of a graph yet: .* belongs in declare\(\) or start\(\)"
-        ):
+        with golden.raises(NotRunning):
             use()
     with pytest.raises(NotRunning):
         node.spawn(asyncio.sleep(0))
@@ -160,35 +158,35 @@ def test_an_attribute_that_hides_nodes_own_is_refused(name):
         type("Hiding", (Node,), {"__annotations__": {name: int}})
 
 
-def test_parameters_are_annotated_not_assigned():
-    with pytest.raises(InvalidDeclaration, match=r"Assigning\.parameters is an annotation, not a value"):
+def test_parameters_are_annotated_not_assigned(golden):
+    with golden.raises(InvalidDeclaration):
 
         class Assigning(Node):
             parameters = Rates()
 
 
 @pytest.mark.parametrize("hook", ["start", "run", "stop"])
-def test_a_hook_that_is_awaited_must_be_async(hook):
+def test_a_hook_that_is_awaited_must_be_async(hook, golden):
     def plain(self): ...
 
-    with pytest.raises(InvalidDeclaration, match=rf"Plain\.{hook} must be written as async def {hook}\(self\)"):
+    with golden.raises(InvalidDeclaration):
         type("Plain", (Node,), {hook: plain})
 
 
-def test_declare_must_not_be_async():
+def test_declare_must_not_be_async(golden):
     async def declare(self): ...
 
-    with pytest.raises(InvalidDeclaration, match=r"Async\.declare must be written as def declare\(self\)"):
+    with golden.raises(InvalidDeclaration):
         type("Async", (Node,), {"declare": declare})
 
 
 @virtual_time
-async def test_init_without_super_is_refused_with_advice():
+async def test_init_without_super_is_refused_with_advice(golden):
     class Forgetful(Node):
         def __init__(self):
             self.state = 1
 
-    with pytest.raises(InvalidDeclaration, match=r"Forgetful\.__init__ must call super\(\)\.__init__"):
+    with golden.raises(InvalidDeclaration):
         await graph_of(Forgetful).start()
 
 
@@ -239,14 +237,14 @@ async def test_raising_declare_is_a_problem_before_the_start():
 
 
 @virtual_time
-async def test_a_node_belongs_to_one_graph():
+async def test_a_node_belongs_to_one_graph(golden):
     node = Rated()
     async with graph_of(node):
         pass
-    with pytest.raises(LaunchError, match="part of a graph already"):
+    with golden.raises(LaunchError):
         await graph_of(node).start()
     twice = Rated()
-    with pytest.raises(LaunchError, match="part of a graph already"):
+    with golden.raises(LaunchError):
         await graph_of(twice, twice).start()
 
 
@@ -307,12 +305,12 @@ async def test_a_spawned_task_has_the_node_s_name():
 
 
 @virtual_time
-async def test_what_a_task_cannot_run_is_refused():
+async def test_what_a_task_cannot_run_is_refused(golden):
     async with graph_of(Node) as graph:
         node = graph.node("node")
-        with pytest.raises(InvalidDeclaration, match=r"self\.spawn\(self\.work\(\)\) takes .*not <function settle"):
+        with golden.raises(InvalidDeclaration):
             node.spawn(settle)
-        with pytest.raises(InvalidDeclaration, match=r"write await self\.settle\(\)"):
+        with golden.raises(InvalidDeclaration):
             await node.run_sync(settle)
 
 
@@ -534,13 +532,11 @@ def test_entry_points_of_new_distribution_are_found(tmp_path, monkeypatch):
     assert [each.name for each in entry_points.entry_points("busflow.absent")] == ["one"]
 
 
-def test_node_used_before_it_is_made_fails():
+def test_node_used_before_it_is_made_fails(golden):
     class Hasty(Node):
         def __init__(self):
             self.log.info("hello")
             super().__init__()
 
-    with pytest.raises(
-        AttributeError, match=r"^Hasty.__init__ must call super\(\).__init__\(\) before it uses the node"
-    ):
+    with golden.raises(AttributeError):
         Hasty()

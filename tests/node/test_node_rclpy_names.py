@@ -16,8 +16,8 @@ class Camera(Node):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_name_says_what_the_page_says(name):
-    with pytest.raises(AttributeError, match=f"^Camera has no {name}, which is rclpy's; here it is ") as told:
+def test_each_name_says_what_the_page_says(name, golden):
+    with golden.raises(AttributeError) as told:
         getattr(Camera(), name)
     assert str(told.value).partition("here it is ")[2] in PAGE
 
@@ -26,14 +26,14 @@ def test_what_robots_ask_first_is_among_them():
     assert {"get_logger", "declare_parameter", "get_parameter", "get_clock", "create_rate"} <= set(NAMES)
 
 
-def test_node_may_have_such_a_name_itself():
+def test_node_may_have_such_a_name_itself(golden):
     class Named(Node):
         def get_name(self) -> str:
             return "mine"
 
     assert Named().get_name() == "mine"
     assert not hasattr(Camera(), "get_logger")
-    with pytest.raises(AttributeError, match="'Camera' object has no attribute 'get_loger'"):
+    with golden.raises(AttributeError):
         getattr(Camera(), "get_loger")  # noqa: B009  # type checkers know it, too
 
 

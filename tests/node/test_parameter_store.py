@@ -59,8 +59,8 @@ def test_a_value_comes_from_code_or_default():
     assert [str(row.source) for row in rows] == ["default", "code", *["default"] * 4]
 
 
-def test_an_unknown_parameter_suggests_the_nearest_name():
-    with pytest.raises(InvalidParameter, match=r"unknown parameter noise\.imo \(did you mean 'noise\.imu'\?\)"):
+def test_an_unknown_parameter_suggests_the_nearest_name(golden):
+    with golden.raises(InvalidParameter):
         store_of(Sensor()).get("noise.imo")
 
 
@@ -256,9 +256,9 @@ class Ticker(Node):
 
 @virtual_time
 @pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, 1e-12])
-async def test_an_impossible_timer_period_in_range_is_refused(value):
+async def test_an_impossible_timer_period_in_range_is_refused(value, golden):
     async with harness(Ticker) as lab:
-        with pytest.raises(InvalidParameter, match=r"period_s cannot be .*: .*tick"):
+        with golden.raises(InvalidParameter):
             lab.set_parameters(Ticker, period_s=value)
         assert lab.node(Ticker).tick.period_s == 1.0
 
@@ -286,10 +286,10 @@ async def test_a_set_from_another_thread_waits_for_completion():
 
 
 @virtual_time
-async def test_a_graph_that_has_ended_takes_no_parameters():
+async def test_a_graph_that_has_ended_takes_no_parameters(golden):
     async with harness(Recorder) as lab:
         pass
-    with pytest.raises(NotRunning, match="has ended"):
+    with golden.raises(NotRunning):
         lab.set_parameters(Recorder, rate_hz=20)
 
 

@@ -186,24 +186,24 @@ def test_errors_about_hostile_text_are_one_printable_line():
     assert str(caught.value).isprintable()
 
 
-def test_wrong_default_is_an_error_of_its_class():
+def test_wrong_default_is_an_error_of_its_class(golden):
     class Wrong(Parameters):
         rate_hz: float = Field(default=-1.0, gt=0)
         name: str
 
-    with pytest.raises(InvalidDeclaration, match="Wrong: the default of rate_hz must be greater than 0") as caught:
+    with golden.raises(InvalidDeclaration) as caught:
         validate(Wrong, {})
     assert caught.value.place is not None
     assert caught.value.place.excerpt == "    class Wrong(Parameters):"
-    with pytest.raises(InvalidParameter, match="parameter name is required"):
+    with golden.raises(InvalidParameter):
         validate(Wrong, {"rate_hz": 1})
-    with pytest.raises(InvalidParameter, match="rate_hz must be greater than 0, got -2"):
+    with golden.raises(InvalidParameter):
         validate(Wrong, {"rate_hz": -2, "name": "x"})
 
 
-def test_a_wrong_default_without_source_is_named():
+def test_a_wrong_default_without_source_is_named(golden):
     wrong = create_model("Wrong", __base__=Parameters, rate_hz=(float, "fast"))
-    with pytest.raises(InvalidDeclaration, match="Wrong: the default of rate_hz must be a number") as caught:
+    with golden.raises(InvalidDeclaration) as caught:
         validate(wrong, {})
     assert caught.value.place is None
 
@@ -288,21 +288,21 @@ def test_ranges_agree_with_rclpy(case: dict[str, dict[str, object]]):
 
 
 @pytest.mark.skipif(tuple(map(int, version_short().split("."))) < (2, 14), reason="pydantic refuses it first")
-def test_parameter_without_annotation_is_refused_with_advice():
-    with pytest.raises(InvalidDeclaration, match=r"^Bare.rate_hz has no annotation: write rate_hz: int = 10, or"):
+def test_parameter_without_annotation_is_refused_with_advice(golden):
+    with golden.raises(InvalidDeclaration):
 
         class Bare(Parameters):
             rate_hz = 10
 
 
-def test_an_assigned_parameter_is_refused_with_advice():
+def test_an_assigned_parameter_is_refused_with_advice(golden):
     class Sensor(Parameters):
         a: int = 1
 
     sensor = Sensor()
-    with pytest.raises(InvalidParameter, match=r"a cannot be assigned: .*graph\.set_parameters\("):
+    with golden.raises(InvalidParameter):
         sensor.a = 2
-    with pytest.raises(InvalidParameter, match=r"b cannot be assigned: .*self\.b = "):
+    with golden.raises(InvalidParameter):
         sensor.b = 2
     assert sensor == Sensor(a=1)
     sensor._cache = 2

@@ -86,11 +86,11 @@ async def test_qos_layers_apply_field_by_field():
 
 
 @virtual_time
-async def test_an_invalid_topic_name_is_refused_when_declared():
+async def test_an_invalid_topic_name_is_refused_when_declared(golden):
     class Wrong(Node):
         numbers = publisher(Number, "two words")
 
-    with pytest.raises(InvalidName, match="two words"):
+    with golden.raises(InvalidName):
         declared(Wrong())
 
 
@@ -262,11 +262,11 @@ class Forgetful(Failing):
 
 @pytest.mark.parametrize("node_class", [Failing, FailingLater, Forgetful])
 @virtual_time
-async def test_a_failing_event_handler_fails_its_node(node_class):
+async def test_a_failing_event_handler_fails_its_node(node_class, golden):
     graph = graph_of(Source, node_class)
     await graph.start()
     graph.node(Source).numbers.publish(Number())
-    with pytest.raises(NodeFailed, match=rf"failed in {node_class.__name__}.*hear"):
+    with golden.raises(NodeFailed):
         await graph.wait()
     assert asyncio.get_running_loop().time() == 1
 
@@ -298,12 +298,12 @@ async def test_an_unknown_event_topic_suggests_the_nearest():
 
 
 @virtual_time
-async def test_handler_mistake_is_reported_before_the_start():
+async def test_handler_mistake_is_reported_before_the_start(golden):
     class Mistaken(Node):
         @subscription("numbers")
         def hear(self, number) -> None: ...
 
-    with pytest.raises(LaunchError, match=r"Mistaken\.hear must annotate what it takes"):
+    with golden.raises(LaunchError):
         await graph_of(Mistaken).start()
     with pytest.raises(InvalidDeclaration):
         declared(Mistaken())
@@ -432,21 +432,21 @@ async def test_runtime_drops_its_queued_messages():
 
 
 @virtual_time
-async def test_created_subscription_needs_a_callable_handler():
+async def test_created_subscription_needs_a_callable_handler(golden):
     async with graph_of(Source) as graph:
-        with pytest.raises(InvalidDeclaration, match="needs a method to call with each message, or none, not 3"):
+        with golden.raises(InvalidDeclaration):
             graph.node(Source).create_subscription(Number, "many", 3)
 
 
 @virtual_time
-async def test_node_creates_nothing_after_its_end():
+async def test_node_creates_nothing_after_its_end(golden):
     async with graph_of(Source) as graph:
         node = graph.node(Source)
-    with pytest.raises(NotRunning, match="/source has left its graph; it can create nothing more"):
+    with golden.raises(NotRunning):
         node.create_publisher(Number, "many")
 
 
 @virtual_time
-async def test_declared_node_has_no_bus_yet():
-    with pytest.raises(NotRunning, match="/relay is not connected yet"):
+async def test_declared_node_has_no_bus_yet(golden):
+    with golden.raises(NotRunning):
         declared(Relay()).bus  # noqa: B018  # a property that raises

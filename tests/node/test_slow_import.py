@@ -88,10 +88,10 @@ def test_an_import_ends_at_its_limit(imported, limit, warnings):
     assert (text.count("warning: "), text.count(LINE), codes) == (warnings, 1 + warnings, [2])
 
 
-def test_a_bad_import_limit_is_refused(tmp_path, monkeypatch):
+def test_a_bad_import_limit_is_refused(tmp_path, monkeypatch, golden):
     (tmp_path / "camera.py").write_text("raise AssertionError('imported')")
     monkeypatch.setenv("BUSFLOW_IMPORT_LIMIT", "never")
-    with pytest.raises(InvalidInput, match="must be a duration with its unit, got 'never'"):
+    with golden.raises(InvalidInput):
         plugins.load("camera", [tmp_path])
 
 

@@ -366,7 +366,7 @@ async def test_life_that_fails_while_connecting_loses_no_count():
 
 
 @virtual_time
-async def test_always_restarts_a_returned_node_until_the_limit():
+async def test_always_restarts_a_returned_node_until_the_limit(golden):
     lives = []
 
     class Short(Node):
@@ -374,7 +374,7 @@ async def test_always_restarts_a_returned_node_until_the_limit():
             lives.append(self.clock.seconds())
 
     policy = RestartPolicy("always", most=3, first_s=1, longest_s=1)
-    with pytest.raises(NodeFailed, match="given up after 3 restarts within 60 s"):
+    with golden.raises(NodeFailed):
         async with graph_of(supervised(Short, restart=policy)):
             await asyncio.sleep(100)
     assert lives == [0, 1, 2, 3]
@@ -467,7 +467,7 @@ async def test_nodes_stop_before_those_they_depend_on():
 
 
 @virtual_time
-async def test_a_node_that_waits_in_vain_fails():
+async def test_a_node_that_waits_in_vain_fails(golden):
     class Mute(Node):
         numbers = publisher(Number, "numbers")
 
@@ -478,7 +478,7 @@ async def test_a_node_that_waits_in_vain_fails():
         def tick(self) -> None: ...
 
     graph = graph_of(Mute, Other, supervised(Second, depends_on={"mute": "first_message"}, restart="always"))
-    with pytest.raises(NodeFailed, match="/mute has ended without a message"):
+    with golden.raises(NodeFailed):
         await graph.start()
 
 
@@ -500,13 +500,13 @@ async def test_impossible_condition_is_reported_before_the_start(needs, said):
 
 
 @virtual_time
-async def test_unrestartable_class_is_reported_before_the_start():
+async def test_unrestartable_class_is_reported_before_the_start(golden):
     class Particular(Node):
         def __init__(self, port):
             super().__init__()
             self.port = port
 
-    with pytest.raises(LaunchError, match="/particular cannot be restarted"):
+    with golden.raises(LaunchError):
         await graph_of(supervised(Particular(5), restart="always")).start()
 
 
@@ -528,8 +528,8 @@ def test_unknown_words_are_refused(how, said):
     [{"most": 0}, {"first_s": 0}, {"first_s": 2, "longest_s": 1}, {"window_s": 0}],
     ids=lambda limits: next(iter(limits)),
 )
-def test_limits_of_restarts_are_possible(limits):
-    with pytest.raises(InvalidDeclaration, match="most must be at least 1, first_s above 0 and at most longest_s"):
+def test_limits_of_restarts_are_possible(limits, golden):
+    with golden.raises(InvalidDeclaration):
         RestartPolicy(**limits)
 
 

@@ -151,8 +151,8 @@ async def test_push_lasts_until_a_period_ends(duration, periods):
 
 
 @pytest.mark.parametrize("request_", [{"force": 1001.0}, {"force": -inf}, {"force": 10.0, "duration": 0.0}])
-def test_push_out_of_range_is_refused(request_):
-    with pytest.raises(InvalidMessage, match=r"force must be|duration must be"):
+def test_push_out_of_range_is_refused(request_, golden):
+    with golden.raises(InvalidMessage):
         Push.Request(**request_)
 
 

@@ -46,13 +46,13 @@ async def test_canceled_joint_is_held_where_it_is():
 
 
 @virtual_time
-async def test_newer_goal_replaces_the_one_before():
+async def test_newer_goal_replaces_the_one_before(golden):
     async with harness(JointMover) as lab:
         client = lab.action_client(MoveJoint, "joint_mover/move")
         first = asyncio.ensure_future(client.run(MoveJoint.Goal(joint=LEFT, angle=1.0)))
         await lab.advance(1)
         assert (await client.run(MoveJoint.Goal(joint="right_elbow_joint", angle=0.1))).angle == 0.1
-        with pytest.raises(GoalAborted, match="superseded by the goal"):
+        with golden.raises(GoalAborted):
             await first
 
 

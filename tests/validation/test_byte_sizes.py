@@ -16,6 +16,6 @@ def test_a_size_is_read(text, size):
 @pytest.mark.parametrize(
     "text", ["", "64", "64mb", "-1MB", 0, -1, True, 1.5, None, "0.1B", "9999999GiB", "1" * 50 + "B"]
 )
-def test_what_is_no_size_is_refused(text):
-    with pytest.raises(ValueError, match="a size is a number of bytes"):
+def test_what_is_no_size_is_refused(text, golden):
+    with golden.raises(ValueError):
         parse_size(text)

@@ -28,12 +28,12 @@ def test_duration_is_read_with_its_unit(text, seconds):
 
 
 @pytest.mark.parametrize("text", ["", "s", "5", "5 m", "-5s", "1,5s", "٥s", "5s\n6s", "1" * 400 + "s", None, True])
-def test_invalid_duration_is_refused_with_an_example(text):
-    with pytest.raises(ValueError, match="such as 50ms"):
+def test_invalid_duration_is_refused_with_an_example(text, golden):
+    with golden.raises(ValueError):
         parse_duration(text)
 
 
 @pytest.mark.parametrize("value", [0, "0s", 1e-10, 1e300, -1, float("-inf")])
-def test_impossible_duration_is_refused(value):
-    with pytest.raises(ValueError, match="at least 1 ns and at most 292 years"):
+def test_impossible_duration_is_refused(value, golden):
+    with golden.raises(ValueError):
         parse_duration(value)

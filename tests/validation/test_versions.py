@@ -7,6 +7,7 @@ import pytest
 import busflow
 from busflow.validation import versions
 from busflow.validation.versions import check_requirement, warn_of
+from tests.golden import Golden
 
 
 @pytest.mark.parametrize("text", [">=0.1", ">=0.1,<0.3", "==0.2.7", "~=0.2.1"])
@@ -15,14 +16,14 @@ def test_versions_that_include_this_one_are_accepted(text: str, monkeypatch: pyt
     assert check_requirement(text) == text
 
 
-def test_other_version_is_refused_in_words(monkeypatch: pytest.MonkeyPatch):
+def test_other_version_is_refused_in_words(monkeypatch: pytest.MonkeyPatch, golden: Golden):
     monkeypatch.setattr(busflow, "__version__", "0.1.9")
-    with pytest.raises(ValueError, match=r"the file needs busflow >=0\.2, and this is 0\.1\.9; install one that fits"):
+    with golden.raises(ValueError):
         check_requirement(">=0.2")
 
 
-def test_text_that_names_no_version_is_refused():
-    with pytest.raises(ValueError, match=r"'new' names no versions; write one like '>=0\.1'"):
+def test_text_that_names_no_version_is_refused(golden):
+    with golden.raises(ValueError):
         check_requirement("new")
 
 

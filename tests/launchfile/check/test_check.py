@@ -72,14 +72,14 @@ def test_every_node_is_on_one_machine(machines, monkeypatch, machine, here, else
         assert [placement.process_of(node) for node in nodes] == [process] * len(nodes)
 
 
-def test_unknown_machine_is_refused_with_a_suggestion(machines):
-    with pytest.raises(LaunchError, match="has no machine arn"):
+def test_unknown_machine_is_refused_with_a_suggestion(machines, golden):
+    with golden.raises(LaunchError):
         on_machine(machines, "arn", together=False)
 
 
-def test_machine_is_refused_where_all_runs_together(machines):
+def test_machine_is_refused_where_all_runs_together(machines, golden):
     assert on_machine(machines, None, together=True).here is None
-    with pytest.raises(LaunchError, match="arm runs a part of the graph"):
+    with golden.raises(LaunchError):
         on_machine(machines, "arm", together=True)
 
 

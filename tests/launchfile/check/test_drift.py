@@ -80,8 +80,8 @@ def test_drift_names_stated_value_and_place(file):
     assert (limits.stated, limits.value) == ([0.0, 1.0], [0.0, 2.0])
 
 
-def test_a_name_that_is_no_parameter_is_refused(file):
-    with pytest.raises(InvalidParameter, match=r"unknown parameter noise\.imo"):
+def test_a_name_that_is_no_parameter_is_refused(file, golden):
+    with golden.raises(InvalidParameter):
         drifts(nodes(file)["/left"], {"noise.imo": 1.0})
 
 
@@ -99,17 +99,17 @@ def test_written_back_values_load_again(file):
     ) + ("    parameters:\n      rate_hz: 8.0\n      noise:\n        imu: 0.3\n")
 
 
-def test_node_of_another_file_is_refused(file):
+def test_node_of_another_file_is_refused(file, golden):
     (file.parent / "outer.yaml").write_text("include: lab.yaml\n")
     (drift,) = drifts(nodes(file.parent / "outer.yaml")["/left"], {"rate_hz": 20.0})
-    with pytest.raises(LaunchError, match=r"(?s)/left is not stated in .*outer\.yaml.*save into .*lab\.yaml"):
+    with golden.raises(LaunchError):
         written_back("include: lab.yaml\n", file.parent / "outer.yaml", [drift])
 
 
-def test_same_place_in_another_file_is_refused(file):
+def test_same_place_in_another_file_is_refused(file, golden):
     (drift,) = drifts(nodes(file)["/left"], {"rate_hz": 20.0})
     other = FILE.replace("left:", "lift:")
-    with pytest.raises(LaunchError, match="is not stated in"):
+    with golden.raises(LaunchError):
         written_back(other, file.parent / "other.yaml", [drift])
 
 
@@ -137,14 +137,14 @@ def test_for_each_node_gets_its_own_entry(file, namespace):
     assert file.read_text() == text + "  left/sensor:\n    parameters:\n      rate_hz: 30.0\n"
 
 
-def test_computed_namespace_refuses_writing_back(file):
+def test_computed_namespace_refuses_writing_back(file, golden):
     text = (
         "plugins: [.]\nargs: {name: {type: str, default: robot}}\nnamespace: ${args.name}\nnodes:\n"
         "  sensor_${each.side}:\n    for_each: {side: [left, right]}\n    plugin: sensor\n"
     )
     file.write_text(text)
     found = drifts(nodes(file)["/robot/sensor_left"], {"rate_hz": 20.0})
-    with pytest.raises(LaunchError, match=r"(?s)is not stated in .*write the values by hand"):
+    with golden.raises(LaunchError):
         written_back(text, file, found)
 
 

@@ -3,8 +3,6 @@
 import json
 from typing import Any
 
-import pytest
-
 from busflow.errors import LaunchError
 from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.resolver import Resolver
@@ -20,13 +18,13 @@ def when(folder, value: str) -> bool:
 
 
 @each_case("i_launch", "condition/", "not/", "and/", "or/", "any/", "all/", "node_parameters/")
-def test_upstream_launch_cases_agree(folder, case: dict[str, Any]):
+def test_upstream_launch_cases_agree(folder, case: dict[str, Any], golden):
     given, expected = case["input"], case["expect"]
     if case["kind"] == "node_parameters":
         parameters = given[0] if isinstance(given, list) else given
         text = f"nodes:\n  it: {{plugin: talker, parameters: {json.dumps(parameters)}}}\n"
         if isinstance(expected, dict):
-            with pytest.raises(LaunchError, match="must be a mapping"):
+            with golden.raises(LaunchError):
                 folder.load(text)
         else:
             assert folder.load(text).nodes[0].parameters.data == expected[0]
@@ -34,7 +32,7 @@ def test_upstream_launch_cases_agree(folder, case: dict[str, Any]):
     word = {"any": "or", "all": "and"}.get(case["kind"], case["kind"])
     written = given if word == "condition" else f"'${{{f' {word} '.join(map(_operand, given))}}}'"
     if isinstance(expected, dict):
-        with pytest.raises(LaunchError, match=r"true or false|unknown name"):
+        with golden.raises(LaunchError):
             when(folder, written or "''")
     else:
         assert when(folder, written) is (str(expected).lower() == "true")

@@ -14,7 +14,7 @@ def test_domain_is_stated_or_of_the_environment(stated, variable, domain):
 
 
 @pytest.mark.parametrize("text", ["233", "-1", "seven", "1.5", "7 ", "\u0667", "9" * 5000])
-def test_wrong_domain_in_the_environment_is_refused(text):
-    with pytest.raises(LaunchError, match="is not a domain of ROS 2") as caught:
+def test_wrong_domain_in_the_environment_is_refused(text, golden):
+    with golden.raises(LaunchError) as caught:
         Ros2Spec().domain_in({"ROS_DOMAIN_ID": text})
     assert len(str(caught.value)) < 300

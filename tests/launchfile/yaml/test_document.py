@@ -20,6 +20,7 @@ from busflow.launchfile.yaml.document import (
     read_file,
 )
 from busflow.text import printable
+from tests.golden import Golden
 
 LOADERS = [pytest.param(yaml.CSafeLoader, id="libyaml"), pytest.param(yaml.SafeLoader, id="pure")]
 
@@ -152,12 +153,12 @@ def test_hostile_files_are_refused_fast_and_briefly(text: str):
     assert len(refused(text)) < 20_000  # quadratic time would exceed the test's limit
 
 
-def test_64_mib_are_refused_without_reading_them(tmp_path: Path):
+def test_64_mib_are_refused_without_reading_them(tmp_path: Path, golden: Golden):
     path = tmp_path / "big.yaml"
     with path.open("wb") as file:
         file.truncate(64 << 20)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    with pytest.raises(LaunchError, match=r"the file is larger than 1024 KiB"):
+    with golden.raises(LaunchError):
         read_file(path, "big.yaml")
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 16 << 10
 
@@ -167,15 +168,15 @@ def test_size_limit_is_lower_without_libyaml():
     assert "128 KiB, because PyYAML was built without libyaml" in refused(text, yaml.SafeLoader)
 
 
-def test_several_files_share_one_limit_of_values():
+def test_several_files_share_one_limit_of_values(golden):
     limits = Limits(values=10)
     parse(b"[1, 2, 3, 4, 5]", "a.yaml", limits=limits)
-    with pytest.raises(LaunchError, match=r"b\.yaml:1:11: error: a launch has at most"):
+    with golden.raises(LaunchError):
         parse(b"[1, 2, 3, 4, 5]", "b.yaml", limits=limits)
 
 
 @pytest.mark.parametrize("kind", ["missing", "folder", "fifo", "device", "link", "secret", "nul"])
-def test_unreadable_file_is_refused_without_waiting(kind: str, tmp_path: Path):
+def test_unreadable_file_is_refused_without_waiting(kind: str, tmp_path: Path, golden: Golden):
     path = tmp_path / "lab1.yaml"
     if kind == "folder":
         path.mkdir()
@@ -191,7 +192,7 @@ def test_unreadable_file_is_refused_without_waiting(kind: str, tmp_path: Path):
         path.touch(mode=0)
         if os.access(path, os.R_OK):
             pytest.skip("root reads everything")
-    with pytest.raises(LaunchError, match=r"^error: cannot read lab1\.yaml: "):
+    with golden.raises(LaunchError):
         read_file(path, "lab1.yaml")
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from busflow.launchfile.yaml.document import parse, parse_value
 from busflow.launchfile.yaml.scalar import plain_scalar
+from tests.golden import Golden
 from tests.vectors import each_case
 
 
@@ -61,8 +62,8 @@ def test_nan_is_read_as_a_number():
 @pytest.mark.parametrize(
     "text", ["9223372036854775808", "-9223372036854775809", "9" * 5000, "0x" + "f" * 5000, "1e999"]
 )
-def test_integer_beyond_64_bits_is_refused(text: str):
-    with pytest.raises(ValueError, match=r"does not fit in 64 bits|beyond what a float can hold"):
+def test_integer_beyond_64_bits_is_refused(text: str, golden: Golden):
+    with golden.raises(ValueError):
         plain_scalar(text)
 
 

@@ -16,19 +16,19 @@ def test_channels_are_equal_whatever_their_counts():
     assert Channel("/b", "std_msgs/msg/Bool", "cdr", "bool data\n", "ros2msg") != BOOL
 
 
-def test_messages_become_plain_data_or_messages():
+def test_messages_become_plain_data_or_messages(golden):
     assert BOOL.plain(b"\0\1\0\0\1") == {"data": True}
     assert BOOL.decode(memoryview(b"\0\1\0\0\1"), Bool) == Bool(data=True)
-    with pytest.raises(MalformedMessage, match="a bool is 0 or 1, not 2"):
+    with golden.raises(MalformedMessage):
         BOOL.plain(b"\0\1\0\0\2")
 
 
-def test_json_is_read_as_it_is():
+def test_json_is_read_as_it_is(golden):
     note = Channel("/n", "odd/msg/Note", "json", '{"type": "object"}', "jsonschema")
     assert note.plain(b'{"text": "a"}') == {"text": "a"}
     with pytest.raises(MalformedMessage, match="no JSON"):
         note.plain(b"{")
-    with pytest.raises(BagError, match="is described by no JSON Schema"):
+    with golden.raises(BagError):
         Channel("/n", "odd/msg/Note", "json", "[" * 100_000, "jsonschema").plain(b"{}")
 
 
@@ -64,11 +64,11 @@ def test_a_type_that_busflow_brings_needs_no_definition():
         assert Channel("/a", "std_msgs/msg/Bool", "cdr", text, how).plain(b"\0\1\0\0\1") == {"data": True}
 
 
-def test_a_class_of_another_type_is_refused():
-    with pytest.raises(BagError, match="is no std_msgs/msg/Float64"):
+def test_a_class_of_another_type_is_refused(golden):
+    with golden.raises(BagError):
         BOOL.decode(b"\0\1\0\0\1", Float64)
     other = Channel("/v", "geometry_msgs/msg/Vector3", "cdr", "float64 x\nfloat64 y\n", "ros2msg")
-    with pytest.raises(BagError, match="is another version of the type than the class Vector3"):
+    with golden.raises(BagError):
         other.decode(b"\0\1\0\0" + bytes(16), Vector3)
 
 

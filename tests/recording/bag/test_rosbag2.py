@@ -106,12 +106,12 @@ def test_a_file_that_lies_elsewhere_is_refused(tmp_path, name):
         Bag(bag)
 
 
-def test_a_link_that_leads_elsewhere_is_refused(tmp_path):
+def test_a_link_that_leads_elsewhere_is_refused(tmp_path, golden):
     bag = write_bag(tmp_path / "bag")
     file = next(bag.glob("*.mcap"))
     file.rename(tmp_path / "outside.mcap")
     file.symlink_to(tmp_path / "outside.mcap")
-    with pytest.raises(BagError, match="does not lie in the directory of the bag"):
+    with golden.raises(BagError):
         Bag(bag)
 
 
@@ -133,6 +133,6 @@ def test_invalid_metadata_is_refused_in_one_line(tmp_path, text, said):
     assert "\n" not in str(error.value)
 
 
-def test_a_directory_without_a_recording_is_refused(tmp_path):
-    with pytest.raises(BagError, match=r"no metadata\.yaml and no recording"):
+def test_a_directory_without_a_recording_is_refused(tmp_path, golden):
+    with golden.raises(BagError):
         Bag(tmp_path)

@@ -26,10 +26,10 @@ def test_an_old_database_is_read_with_busflows_types(tmp_path, schema):
         assert [each.channel.plain(each.payload)["data"] for each in opened.entries(["/talk"])] == ["Grüße"]
 
 
-def test_a_database_that_is_none_is_refused(tmp_path):
+def test_a_database_that_is_none_is_refused(tmp_path, golden):
     bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
     next(bag.glob("*.db3")).write_bytes(b"hello")
-    with pytest.raises(BagError, match=r"file is not a database; sqlite3 has \.recover"):
+    with golden.raises(BagError):
         Bag(bag)
 
 
@@ -81,10 +81,10 @@ def test_a_database_is_read_in_order_of_time(tmp_path):
         assert list(opened.entries(["/nothing"])) == []
 
 
-def test_a_database_is_verified_and_not_recovered(tmp_path):
+def test_a_database_is_verified_and_not_recovered(tmp_path, golden):
     with Bag(write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)) as opened:
         assert examine(opened).findings == []
-    with pytest.raises(BagError, match="a database, or a compressed bag, is not recovered"):
+    with golden.raises(BagError):
         recover(tmp_path / "bag", tmp_path / "saved.mcap")
 
 
@@ -118,11 +118,9 @@ def test_topic_with_contradicting_metadata_is_reported_missing(tmp_path):
 
 
 @pytest.mark.parametrize("compression", [None, CompressionMode.FILE])
-def test_without_rosbags_the_error_says_what_to_install(tmp_path, monkeypatch, compression):
+def test_without_rosbags_the_error_says_what_to_install(tmp_path, monkeypatch, compression, golden):
     storage = StoragePlugin.MCAP if compression else StoragePlugin.SQLITE3
     bag = write_bag(tmp_path / "bag", storage, compression=compression)
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
-    with pytest.raises(
-        BagError, match=r"read with rosbags, which is not installed; in a clone of busflow: pip install '\.\[rosbags\]'"
-    ):
+    with golden.raises(BagError):
         Bag(bag)

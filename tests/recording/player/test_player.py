@@ -7,7 +7,6 @@ import asyncio
 import json
 from pathlib import Path
 
-import pytest
 from mcap.writer import Writer
 
 from busflow import Node, subscription
@@ -95,8 +94,8 @@ def test_topics_are_chosen_and_renamed(record):
     main()
 
 
-def test_an_unknown_topic_fails_before_the_start(record):
-    with pytest.raises(LaunchError, match="there is nothing on nmber; did you mean '/number'"):
+def test_an_unknown_topic_fails_before_the_start(record, golden):
+    with golden.raises(LaunchError):
         played(record(NUMBERS), topics=["nmber"])
 
 

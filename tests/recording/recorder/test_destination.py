@@ -10,16 +10,16 @@ from busflow.errors import RecordingRefused
 from busflow.recording.recorder.destination import Destination, named, new_recording
 
 
-def test_a_file_that_is_there_is_not_overwritten(tmp_path):
+def test_a_file_that_is_there_is_not_overwritten(tmp_path, golden):
     path = tmp_path / "run.mcap"
     path.write_bytes(b"precious")
-    with pytest.raises(RecordingRefused, match=r"is there already.*run-\{start\}\.mcap"):
+    with golden.raises(RecordingRefused):
         Destination(path)
     assert path.read_bytes() == b"precious"
 
 
-def test_a_missing_folder_is_not_made_in_silence(tmp_path):
-    with pytest.raises(RecordingRefused, match=rf"mkdir -p {re.escape(str(tmp_path / 'runs'))}"):
+def test_a_missing_folder_is_not_made_in_silence(tmp_path, golden):
+    with golden.raises(RecordingRefused):
         Destination(tmp_path / "runs/run.mcap")
 
 
@@ -29,8 +29,8 @@ def test_the_advice_can_be_pasted_into_a_shell():
 
 
 @pytest.mark.parametrize("name", ["", "."])
-def test_a_file_without_a_name_is_none(name):
-    with pytest.raises(RecordingRefused, match="needs the name of a file"):
+def test_a_file_without_a_name_is_none(name, golden):
+    with golden.raises(RecordingRefused):
         Destination(Path(name))
 
 
@@ -41,8 +41,8 @@ def test_an_unwritable_folder_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["run", "run.bag", "run.mcap.zst"])
-def test_a_recording_is_called_mcap(tmp_path, name):
-    with pytest.raises(RecordingRefused, match=rf"write \S*{re.escape(name)}\.mcap instead"):
+def test_a_recording_is_called_mcap(tmp_path, name, golden):
+    with golden.raises(RecordingRefused):
         Destination(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
@@ -53,13 +53,13 @@ def test_a_file_name_may_hold_run_and_time():
     assert named("{name}.mcap", run="../../etc").as_posix() == ".._.._etc.mcap"
 
 
-def test_a_placeholder_that_stands_for_nothing_is_refused():
-    with pytest.raises(RecordingRefused, match=r"\{seed\} stands for nothing; write \{name\}"):
+def test_a_placeholder_that_stands_for_nothing_is_refused(golden):
+    with golden.raises(RecordingRefused):
         named("{seed}.mcap", run="lab1")
 
 
 @pytest.mark.parametrize("loss", ["deleted", "moved", "replaced", "folder"])
-def test_a_write_into_a_deleted_file_is_refused(tmp_path, loss):
+def test_a_write_into_a_deleted_file_is_refused(tmp_path, loss, golden):
     folder = tmp_path / "runs"
     folder.mkdir()
     path = folder / "run.mcap"
@@ -76,7 +76,7 @@ def test_a_write_into_a_deleted_file_is_refused(tmp_path, loss):
         case "folder":
             path.unlink()
             folder.rmdir()
-    with pytest.raises(OSError, match="moved or deleted"):
+    with golden.raises(OSError):
         destination.write(memoryview(b"two"))
     destination.close()
 
@@ -90,11 +90,11 @@ def test_a_partly_written_end_can_be_cut_off(tmp_path):
     assert destination.path.read_bytes() == b"whole"
 
 
-def test_nothing_is_left_of_what_was_not_begun(tmp_path):
+def test_nothing_is_left_of_what_was_not_begun(tmp_path, golden):
     with pytest.raises(KeyboardInterrupt), new_recording(tmp_path / "run.mcap"):
         raise KeyboardInterrupt
     with (
-        pytest.raises(RecordingRefused, match=r"cannot record to .*: No space left"),
+        golden.raises(RecordingRefused),
         new_recording(tmp_path / "b.mcap"),
     ):
         raise OSError(errno.ENOSPC, "No space left on device")

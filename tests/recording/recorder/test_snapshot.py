@@ -166,15 +166,15 @@ async def test_earlier_snapshots_are_never_overwritten(tmp_path):
 
 
 @virtual_time
-async def test_a_run_without_the_key_says_so(tmp_path):
+async def test_a_run_without_the_key_says_so(tmp_path, golden):
     async with harness(Source, record=tmp_path / "run.mcap") as lab:
-        with pytest.raises(NoSuchTarget, match=r"keeps no last moments: write record: \{snapshot: 60s\}"):
+        with golden.raises(NoSuchTarget):
             lab.graph.snapshot()
 
 
 @virtual_time
-async def test_a_missing_folder_is_refused_at_the_start(tmp_path):
-    with pytest.raises(RecordingRefused, match="make its folder first: mkdir -p"):
+async def test_a_missing_folder_is_refused_at_the_start(tmp_path, golden):
+    with golden.raises(RecordingRefused):
         async with harness(Source, record={"to": str(tmp_path / "none/run.mcap"), "snapshot": 1}):
             pass
 

@@ -359,36 +359,36 @@ def test_another_answer_and_another_request_are_found(calls):
 # What cannot be replayed.
 
 
-def test_an_incomplete_recording_is_refused_unless_allowed(lab_bag, tmp_path):
+def test_an_incomplete_recording_is_refused_unless_allowed(lab_bag, tmp_path, golden):
     path = tmp_path / "cut.mcap"
     path.write_bytes(lab_bag.read_bytes()[:-3000])
-    with pytest.raises(IncompleteRecording, match=r"not the whole of what happened.*allow_incomplete=True"):
+    with golden.raises(IncompleteRecording):
         replay(path, SensorProcessor)
     outcome = replay(path, SensorProcessor, allow_incomplete=True)
     assert outcome.compared["/balance_state"] > 0
 
 
-def test_a_node_that_no_file_has(lab_bag):
-    with pytest.raises(BagError, match="has no node /sensor_procesor; did you mean '/sensor_processor'"):
+def test_a_node_that_no_file_has(lab_bag, golden):
+    with golden.raises(BagError):
         replay(lab_bag, LAB, nodes=["sensor_procesor"])
 
 
-def test_a_replay_with_nothing_to_compare_is_refused(lab_bag):
+def test_a_replay_with_nothing_to_compare_is_refused(lab_bag, golden):
     class Other(Node):
         out = publisher(Float64, "other")
         balance = subscription(Float64, "balance_state")
 
-    with pytest.raises(BagError, match="nothing to compare: /other publishes /other"):
+    with golden.raises(BagError):
         replay(lab_bag, Other)
-    with pytest.raises(BagError, match="no node to run"):
+    with golden.raises(BagError):
         replay(lab_bag)
 
 
-def test_another_type_than_the_recorded_one(lab_bag):
+def test_another_type_than_the_recorded_one(lab_bag, golden):
     class Whole(Node):
         balance = publisher(Int64, "balance_state")
 
-    with pytest.raises(BagError, match="was recorded as std_msgs/msg/Float64, and /whole publishes std_msgs/msg/Int64"):
+    with golden.raises(BagError):
         replay(lab_bag, Whole)
 
     class Deaf(Node):
@@ -397,14 +397,14 @@ def test_another_type_than_the_recorded_one(lab_bag):
         @subscription("imu/data")
         def hear(self, number: Float64) -> None: ...
 
-    with pytest.raises(BagError, match="/imu/data, sensor_msgs/msg/Imu, is no std_msgs/msg/Float64"):
+    with golden.raises(BagError):
         replay(lab_bag, Deaf)
 
 
-def test_invalid_launch_file_is_reported_as_usual(lab_bag, tmp_path):
+def test_invalid_launch_file_is_reported_as_usual(lab_bag, tmp_path, golden):
     file = tmp_path / "wrong.yaml"
     file.write_text("name: wrong\nnodes:\n  a:\n    plugin: nothing\n")
-    with pytest.raises(LaunchError, match="there is no plugin 'nothing'"):
+    with golden.raises(LaunchError):
         replay(lab_bag, file)
 
 
@@ -435,12 +435,12 @@ def test_a_topic_with_other_publishers_is_not_compared(tmp_path):
 
 
 @virtual_time
-async def test_it_has_an_event_loop_of_its_own():
-    with pytest.raises(NotRunning, match="in a plain def"):
+async def test_it_has_an_event_loop_of_its_own(golden):
+    with golden.raises(NotRunning):
         replay("run.mcap", SensorProcessor)
 
 
-def test_parameters_no_longer_valid_are_reported(tmp_path):
+def test_parameters_no_longer_valid_are_reported(tmp_path, golden):
     path = recorded(tmp_path / "run.mcap", Pulse, Gain(gain=2.0))
 
     class WordParameters(Parameters):
@@ -450,7 +450,7 @@ def test_parameters_no_longer_valid_are_reported(tmp_path):
         parameters: WordParameters
 
     Word.__name__ = "Gain"
-    with pytest.raises(InvalidParameter, match="gain must be text"):
+    with golden.raises(InvalidParameter):
         replay(path, Word)
 
 

@@ -2,7 +2,6 @@
 
 from struct import pack
 
-import pytest
 from mcap.writer import Writer
 
 from busflow.errors import BagError
@@ -87,9 +86,9 @@ def test_unreadable_messages_are_compared_as_bytes(tmp_path):
     assert str(topic.first[0].fields[0]) == ": 3 bytes -> 3 bytes, others"
 
 
-def test_what_waits_for_its_counterpart_is_bounded(tmp_path, monkeypatch):
+def test_what_waits_for_its_counterpart_is_bounded(tmp_path, monkeypatch, golden):
     monkeypatch.setattr(pairs, "MOST_WAITING", 3000)
-    with pytest.raises(BagError, match=r"too different orders; compare a few topics at a time, with --topics /[xy]"):
+    with golden.raises(BagError):
         compared(tmp_path, [("/x", 1.0)] * 50 + [("/y", 1.0)] * 50, [("/y", 1.0)] * 50 + [("/x", 1.0)] * 50)
 
 

@@ -142,14 +142,14 @@ def test_a_split_bag_becomes_one_file(tmp_path):
     assert len(Bag(tmp_path / "saved.mcap").channels) == 1
 
 
-def test_a_failure_overwrites_and_leaves_no_file(tmp_path):
+def test_a_failure_overwrites_and_leaves_no_file(tmp_path, golden):
     whole = write_run(tmp_path / "whole.mcap")
     for target in (whole, tmp_path):
-        with pytest.raises(BagError, match="it exists already; name another one, or take"):
+        with golden.raises(BagError):
             recover(whole, target)
-    with pytest.raises(BagError, match="it cannot be written: No such file or directory"):
+    with golden.raises(BagError):
         recover(whole, tmp_path / "none/saved.mcap")
     (tmp_path / "odd.mcap").write_bytes(b"hello")
-    with pytest.raises(BagError, match="it is no MCAP"):
+    with golden.raises(BagError):
         recover(tmp_path / "odd.mcap", tmp_path / "saved.mcap")
     assert sorted(each.name for each in tmp_path.iterdir()) == ["odd.mcap", "whole.mcap"]

@@ -20,26 +20,24 @@ def no_links(monkeypatch):
 
 
 @pytest.mark.parametrize("new", [new_file, new_directory])
-def test_what_fails_half_way_leaves_nothing(tmp_path, new):
-    with pytest.raises(BagError, match="it cannot be written: No space left"), new(tmp_path / "out"):
+def test_what_fails_half_way_leaves_nothing(tmp_path, new, golden):
+    with golden.raises(BagError), new(tmp_path / "out"):
         raise OSError(errno.ENOSPC, "No space left on device")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("new", [new_file, new_directory])
-def test_another_writers_part_is_left_alone(tmp_path, new):
+def test_another_writers_part_is_left_alone(tmp_path, new, golden):
     with new(tmp_path / "out"):
         part = tmp_path / ".out.part"
-        with pytest.raises(
-            BagError, match=rf"another process writes it; if no other process does any more, take {part} away"
-        ):
+        with golden.raises(BagError):
             new(tmp_path / "out").__enter__()
         assert part.exists()
     assert (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("links", [True, False])
-def test_file_of_another_program_is_not_overwritten(tmp_path, links, request):
+def test_file_of_another_program_is_not_overwritten(tmp_path, links, request, golden):
     if not links:
         request.getfixturevalue("no_links")
     target = tmp_path / "out"
@@ -49,7 +47,7 @@ def test_file_of_another_program_is_not_overwritten(tmp_path, links, request):
             part.write_text("ours")
             target.write_text("theirs")
 
-    with pytest.raises(BagError, match="another process has made it meanwhile"):
+    with golden.raises(BagError):
         write()
     assert [each.read_text() for each in tmp_path.iterdir()] == ["theirs"]
 

@@ -108,11 +108,9 @@ def test_parquet_has_the_types_of_ros_and_lists(tmp_path):
             ]
 
 
-def test_parquet_says_what_to_install(tmp_path, monkeypatch):
+def test_parquet_says_what_to_install(tmp_path, monkeypatch, golden):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(
-        BagError, match=r"pyarrow, which is not here; in a clone of busflow: pip install '\.\[parquet\]'"
-    ):
+    with golden.raises(BagError):
         converted(BAGS / "talker", tmp_path / "tables", "parquet")
     assert list(tmp_path.iterdir()) == []
 
@@ -198,10 +196,10 @@ def test_topic_without_hash_is_left_out_for_ros(tmp_path):
         assert [each.topic for each in reader.connections] == ["/good"]
 
 
-def test_no_readable_topic_is_an_error(tmp_path):
+def test_no_readable_topic_is_an_error(tmp_path, golden):
     with Bag(odd_bag(tmp_path / "odd.mcap", foreign=True)) as bag:
         foreign = [each for each in bag.channels if each.topic == "/foreign"]
-        with pytest.raises(BagError, match="/foreign, without a type, is encoded as 'protobuf'"):
+        with golden.raises(BagError):
             convert(bag, tmp_path / "out", TargetFormat.CSV, json.dumps, channels=foreign)
     assert not (tmp_path / "out").exists()
 
@@ -216,11 +214,11 @@ def test_a_part_says_that_it_is_one(tmp_path):
 
 
 @pytest.mark.parametrize("form", ["csv", "jsonl", "mcap", "ros2bag", "parquet"])
-def test_a_failure_overwrites_and_leaves_no_file(tmp_path, form):
+def test_a_failure_overwrites_and_leaves_no_file(tmp_path, form, golden):
     (tmp_path / "there").touch()
-    with pytest.raises(BagError, match="it exists already"):
+    with golden.raises(BagError):
         converted(BAGS / "talker", tmp_path / "there", form)
-    with pytest.raises(BagError, match="No such file or directory"):
+    with golden.raises(BagError):
         converted(BAGS / "talker", tmp_path / "none/there", form)
     assert [each.name for each in tmp_path.iterdir()] == ["there"]
 
