@@ -1,6 +1,7 @@
 """Entry: `python -m benchmarks` asks every question, of busflow and of what a user would pick instead.
 
 It prints tables; `--json FILE` writes every sample, `--write-docs` the tables and plots of docs/performance.md.
+`--paired COMMIT` measures busflow of this tree and of that commit in turn, and prints their ratios.
 Install the peers with `pip install --group bench` (pip 25.1 or newer); one that is not there is named as missing.
 """
 
@@ -14,6 +15,7 @@ from pathlib import Path
 from rich.console import Console
 
 from benchmarks import page
+from benchmarks.paired import compare
 from benchmarks.question import FULL, QUESTIONS, QUICK, Effort, find
 from benchmarks.record import as_json, machine
 from benchmarks.rounds import ask
@@ -21,6 +23,11 @@ from benchmarks.tables import show
 
 WIDTH = 170
 """Of the tables, where they go into a file."""
+
+
+def progress(text: str) -> None:
+    """Print what is being measured."""
+    print(text, file=sys.stderr, flush=True)
 
 
 def main() -> None:
@@ -33,6 +40,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, help="how often everything is measured in turn")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every sample to this file")
     parser.add_argument("--write-docs", action="store_true", help="put the tables and plots into docs/performance.md")
+    parser.add_argument("--paired", metavar="COMMIT", help="compare this tree with a commit, round by round")
     given = parser.parse_args()
     names = given.only.split(",") if given.only else list(QUESTIONS)
     if unknown := sorted(set(names) - set(QUESTIONS)):
@@ -40,13 +48,17 @@ def main() -> None:
     effort = QUICK if given.quick else FULL
     if given.rounds is not None:
         effort = Effort(effort.sample_s, max(1, given.rounds), effort.sizes)
+    if given.paired and (given.json or given.write_docs):
+        parser.error("--paired prints ratios; it writes no file")
+    if given.paired:
+        for line in compare(given.paired, names, effort, progress):
+            print(line, flush=True)
+        return
     console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
     console.print(machine(), markup=False)
     outcomes = []
     for name in names:
-        outcome = ask(
-            find(name), effort, lambda text: print(text, file=sys.stderr, flush=True), peers=not given.without_peers
-        )
+        outcome = ask(find(name), effort, progress, peers=not given.without_peers)
         show(console, outcome)
         outcomes.append(outcome)
     if given.write_docs:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import platform
+import shlex
+import sysconfig
 from collections.abc import Sequence
 from importlib import metadata
 from typing import Any
@@ -30,6 +32,14 @@ def machine() -> str:
     load = ", ".join(f"{each:.1f}" for each in os.getloadavg())
     versions = ", ".join(f"{package} {version(package)}" for package in PACKAGES)
     return f"CPython {platform.python_version()}, {processor()}, {os.cpu_count()} cores, load {load}; {versions}"
+
+
+def build() -> str:
+    """The build of Python, with the options it was configured with, and the machine, in one line."""
+    words = shlex.split(str(sysconfig.get_config_var("CONFIG_ARGS") or ""))
+    options = " ".join(word for word in words if word.startswith(("--enable", "--disable", "--with")))
+    python = f"{platform.python_implementation()} {platform.python_version()}, {platform.python_compiler()}"
+    return f"{python}, configured with {options or 'no options'}; {processor()}, {os.cpu_count()} cores"
 
 
 def processor() -> str:

@@ -12,7 +12,7 @@ import select
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median, quantiles
@@ -22,6 +22,14 @@ from benchmarks.question import Contender, Effort, Question
 
 ROOT = Path(__file__).parents[1]
 PATIENCE_S = 120.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """A checkout of busflow, and the Python that runs it."""
+
+    root: Path = ROOT
+    python: str = sys.executable
 
 
 @dataclass
@@ -97,17 +105,20 @@ class Outcome:
 class Worker:
     """The process of one contender."""
 
-    def __init__(self, question: Question, contender: Contender, effort: Effort, complaints: IO[str]) -> None:
-        command = [sys.executable, "-m", "benchmarks.worker", question.name, contender.name]
+    def __init__(
+        self, outcome: Outcome, contender: Contender, effort: Effort, complaints: IO[str], place: Place
+    ) -> None:
+        question = outcome.question
+        command = [place.python, "-m", "benchmarks.worker", question.name, contender.name]
         self._process = subprocess.Popen(  # noqa: S603  # our own interpreter
             [*command, str(effort.sample_s), str(effort.rounds), str(effort.sizes)],
-            cwd=ROOT,
+            cwd=place.root,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=complaints,
             text=True,
         )
-        self.contender = contender
+        self.contender, self.outcome = contender, outcome
 
     def greet(self) -> str:
         """Wait until it is there; why it is not, otherwise."""
@@ -141,29 +152,43 @@ class Worker:
 
 def ask(question: Question, effort: Effort, tell: Callable[[str], None], *, peers: bool = True) -> Outcome:
     """Measure everything that a question asks for, in interleaved rounds."""
-    outcome = Outcome(question)
+    left_out = [each for each in question.contenders if each.needs and not peers]
+    kept = [each for each in question.contenders if each not in left_out]
+    (outcome,) = ask_at([Place()], question, kept, effort, tell)
+    outcome.missing |= {each.name: "left out" for each in left_out}
+    return outcome
+
+
+def ask_at(
+    places: Sequence[Place],
+    question: Question,
+    contenders: Sequence[Contender],
+    effort: Effort,
+    tell: Callable[[str], None],
+) -> list[Outcome]:
+    """Measure these contenders at several places in turn; return the outcome of each place."""
+    outcomes = [Outcome(question) for _ in places]
     workers: list[Worker] = []
     with tempfile.TemporaryFile("w+") as complaints:
         try:
-            for contender in question.contenders:
-                if contender.needs and not peers:
-                    outcome.missing[contender.name] = "left out"
-                    continue
-                worker = Worker(question, contender, effort, complaints)
-                workers.append(worker)
-                if why := worker.greet():
-                    outcome.missing[contender.name] = why
-                    workers.remove(worker)
-                    worker.close()
+            for contender in contenders:
+                for place, outcome in zip(places, outcomes, strict=True):
+                    worker = Worker(outcome, contender, effort, complaints, place)
+                    workers.append(worker)
+                    if why := worker.greet():
+                        outcome.missing[contender.name] = why
+                        workers.remove(worker)
+                        worker.close()
             before = os.getloadavg()[0]
             for number in range(effort.rounds):
                 tell(f"{question.name}: round {number + 1} of {effort.rounds}")
                 for case in question.cases_for(effort):
                     for worker in workers:
                         if worker.contender.does(case.name):
-                            outcome.take(worker.contender.name, case.name, worker.measure(case.name))
-            outcome.load = (before, os.getloadavg()[0])
+                            worker.outcome.take(worker.contender.name, case.name, worker.measure(case.name))
+            for outcome in outcomes:
+                outcome.load = (before, os.getloadavg()[0])
         finally:
             for worker in workers:
                 worker.close()
-    return outcome
+    return outcomes

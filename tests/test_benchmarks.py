@@ -1,6 +1,9 @@
 """The benchmarks' entry works from end to end; how fast anything is, no test says."""
 
 import json
+import platform
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,9 +19,9 @@ from benchmarks.rounds import ask
 ROOT = Path(__file__).parents[1]
 
 
-def run(*words):
+def run(*words, cwd=ROOT):
     return subprocess.run(
-        [sys.executable, "-m", "benchmarks", *words], cwd=ROOT, capture_output=True, text=True, timeout=500
+        [sys.executable, "-m", "benchmarks", *words], cwd=cwd, capture_output=True, text=True, timeout=500
     )
 
 
@@ -47,6 +50,23 @@ def test_every_question_has_figures_of_busflow(name):
     assert outcome.failed == {}
     assert any(contender.startswith("busflow") for contender, _, _ in outcome.figures)
     assert outcome.call_s > [0.0]
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="compares commits, and this is no clone")
+@pytest.mark.timeout(600)
+@pytest.mark.long
+def test_paired_commits_show_which_one_is_slower(tmp_path):
+    subprocess.run(["git", "clone", "-q", ROOT, tmp_path / "clone"], check=True)
+    shutil.copytree(ROOT / "benchmarks", tmp_path / "clone/benchmarks", dirs_exist_ok=True)
+    command = tmp_path / "clone/busflow/__main__.py"
+    command.write_text(command.read_text().replace("import sys\n", "import sys\nsum(range(50_000_000))\n", 1))
+    ended = run("--paired", "HEAD", "--quick", "--only", "startup", cwd=tmp_path / "clone")
+    assert ended.returncode == 0, ended.stderr
+    assert f"CPython {platform.python_version()}" in ended.stdout
+    assert "; load " in ended.stdout
+    rows = dict(re.findall(r"^busflow (.*?)  +.* (\d+\.\d+) +\d+\.\d+ +\d+\.\d+$", ended.stdout, re.MULTILINE))
+    assert float(rows["--help CPU"]) > 1.5
+    assert float(rows["a program CPU"]) < 1.5
 
 
 def test_unknown_question_is_refused_with_known_ones():
