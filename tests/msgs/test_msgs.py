@@ -12,7 +12,6 @@ import json
 import pickle
 import pkgutil
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,6 +37,7 @@ from busflow.interfaces.message import (
 from busflow.runner.service_events import event_class
 from tests.interfaces.any_message import by_group, messages
 from tests.new_interpreter import printed_by
+from tests.vectors import cases, suite
 
 PACKAGES = sorted(module.name for module in pkgutil.iter_modules(busflow.msgs.__path__))
 TYPES = [
@@ -55,10 +55,7 @@ PARTS |= {type_name(part): part for each in ACTIONS.values() for part in (each.G
 ALL = MESSAGES | PARTS
 
 ROS = get_typestore(Stores.LATEST)
-FOLDER = Path(__file__).parents[1] / "cases"
-FILES = [
-    json.loads((FOLDER / f"ros2_{name}.json").read_text("utf-8")) for name in ("interfaces", "generated_interfaces")
-]
+FILES = [suite("ros2_interfaces"), suite("ros2_generated_interfaces")]
 CASES = {case["id"]: case for file in FILES for case in file["cases"] if case["id"].partition("/")[0] in PACKAGES}
 HASHES = {name: case["rihs01"] for name, case in CASES.items() if "rihs01" in case} | {
     name: found for name, found in FILES[1]["whole"].items() if name in SERVICES
@@ -132,8 +129,7 @@ def test_each_package_is_complete():
 
 def test_service_that_cancels_goals_has_ros_hashes():
     """Those that rosidl computed; the event's covers the response."""
-    known = json.loads((Path(__file__).parents[1] / "cases/g_rihs01.json").read_text("utf-8"))["cases"]
-    expected = {each["type"]: each["rihs01"] for each in known if each["type"].startswith("action_msgs/srv/")}
+    expected = {each["type"]: each["rihs01"] for each in cases("g_rihs01", "action_msgs/srv/")}
     cancel = SERVICES["action_msgs/srv/CancelGoal"]
     assert {type_name(each): TypeSupport(each).type_hash for each in (cancel.Request, event_class(cancel))} == expected
 

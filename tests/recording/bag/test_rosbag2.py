@@ -1,7 +1,6 @@
 """Bags of ROS 2: what rosbags writes is read, and so are payloads that real ROS 2 has recorded."""
 
 import json
-from pathlib import Path
 
 import pytest
 from rosbags.rosbag2 import Writer
@@ -12,8 +11,8 @@ from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.msgs.std_msgs import String
 from busflow.recording.bag.bag import Bag
 from tests.recording.bag.written_by_rosbags import STORAGES, STORE, write_bag
+from tests.vectors import cases
 
-CASES = Path(__file__).parents[2] / "cases"
 VERSIONS = pytest.mark.parametrize("version", [8, 9])
 
 
@@ -51,22 +50,18 @@ def agrees(name):
     return rihs01(parse(name, STORE.generate_msgdef(name, ros_version=2)[0])) == STORE.hash_rihs01(name)
 
 
-def recorded():
-    return json.loads((CASES / "g_cdr_recorded.json").read_text("utf-8"))["cases"]
-
-
 @STORAGES
 def test_what_real_ros_2_has_recorded_is_read(tmp_path, storage):
-    cases = recorded()
+    recorded = cases("g_cdr_recorded")
     with Writer(tmp_path / "bag", version=9, storage_plugin=storage) as writer:
         topics = {}
-        for case in cases:
+        for case in recorded:
             if case["topic"] not in topics:
                 topics[case["topic"]] = writer.add_connection(case["topic"], case["type"], typestore=STORE)
             writer.write(topics[case["topic"]], 1, bytes.fromhex(case["cdr"]))
     with Bag(tmp_path / "bag") as bag:
         entries = list(bag.entries())
-    for entry, case in zip(entries, cases, strict=True):
+    for entry, case in zip(entries, recorded, strict=True):
         told = entry.channel.plain(entry.payload)
         assert as_plain(told) == {name: value for name, value in case["value"].items() if name in told}
         assert told.keys() >= {name for name in case["value"] if not name.isupper()}, "constants are no fields"

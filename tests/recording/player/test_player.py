@@ -4,8 +4,6 @@ Tests of `player.py`, `message_classes.py`, `ordered_messages.py` and `playback_
 """
 
 import asyncio
-import json
-from pathlib import Path
 
 from mcap.writer import Writer
 
@@ -20,6 +18,7 @@ from busflow.msgs.std_srvs import Trigger
 from busflow.recording.player import message_classes
 from busflow.recording.player.player import Player
 from busflow.testing import harness, virtual_time
+from tests.vectors import cases
 
 MS = 1_000_000
 NUMBERS = [("/number", Int64(data=n), n * 100 * MS) for n in range(1, 6)]
@@ -270,13 +269,12 @@ def test_a_bag_that_ros_2_recorded_is_played():
 
 
 def test_messages_recorded_by_ros_2_are_played_unchanged(tmp_path):
-    cases = json.loads(Path("tests/cases/g_cdr_recorded.json").read_text(encoding="utf-8"))["cases"]
     path = tmp_path / "ros2.mcap"
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start("ros2", "a test")
-        channels = {}
-        for number, case in enumerate(cases):
+        recorded, channels = cases("g_cdr_recorded"), {}
+        for number, case in enumerate(recorded):
             if case["topic"] not in channels:
                 text = TypeSupport(find_type(case["type"])).definition.encode()
                 schema = writer.register_schema(case["type"], "ros2msg", text)
@@ -289,7 +287,7 @@ def test_messages_recorded_by_ros_2_are_played_unchanged(tmp_path):
         async with harness(Player(file=path)) as lab:
             await lab.advance(1)
             for topic in channels:
-                wanted = [bytes.fromhex(case["cdr"]) for case in cases if case["topic"] == topic]
+                wanted = [bytes.fromhex(case["cdr"]) for case in recorded if case["topic"] == topic]
                 played = lab.received(topic)
                 support = TypeSupport(type(played[0]))
                 assert [support.decode(each) for each in wanted] == played

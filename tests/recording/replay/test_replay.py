@@ -5,7 +5,6 @@ Tests of `replay.py`, `history.py`, `inputs.py`, `nodes.py` and `rerun.py`.
 
 import asyncio
 import hashlib
-import json
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.recording.bag.bag import Bag
 from busflow.testing import harness, replay, virtual_time
 from plugins.sensor_processor import SensorProcessor
+from tests.vectors import cases
 
 LAB = "configs/lab1.yaml"
 HUMANOID = "configs/humanoid.yaml"
@@ -468,8 +468,7 @@ class Parrot(Node):
 
 
 def test_messages_recorded_by_ros_2_are_replayed(tmp_path):
-    cases = json.loads(Path("tests/cases/g_cdr_recorded.json").read_text(encoding="utf-8"))["cases"]
-    heard = [case for case in cases if case["type"] == "std_msgs/msg/String"]
+    heard = [case for case in cases("g_cdr_recorded") if case["type"] == "std_msgs/msg/String"]
     expected = [f"{case['value']['data']} at {1000 + n * 10**9}" for n, case in enumerate(heard)]
     path = tmp_path / "talker.mcap"
     with path.open("wb") as stream:
