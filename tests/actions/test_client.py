@@ -23,28 +23,11 @@ from tests.actions.conftest import Arm, Boss, MoveTo, balanced
 
 
 @virtual_time
-async def test_feedback_comes_in_order_and_ends():
-    async with harness(Arm, Boss) as lab:
-        async with lab.node(Boss).move.send(MoveTo.Goal(angle=4)) as going:
-            left = [feedback.left async for feedback in going]
-            assert (await going.result()).angle == 4
-        assert left == [3, 2, 1, 0]
-
-
-@virtual_time
 async def test_two_tasks_share_the_feedback():
     async with harness(Arm, Boss) as lab, lab.node(Boss).move.send(MoveTo.Goal(angle=4)) as going:
         readers = [asyncio.ensure_future(anext(going)) for _ in range(2)]
         await lab.advance(2)
         assert [each.result().left for each in readers] == [3, 2]
-
-
-@virtual_time
-async def test_run_calls_back_with_each_feedback():
-    async with harness(Arm, Boss) as lab:
-        left = []
-        await lab.node(Boss).move.run(MoveTo.Goal(angle=2), on_feedback=lambda each: left.append(each.left))
-        assert left == [1, 0]
 
 
 @virtual_time

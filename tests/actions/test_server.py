@@ -230,18 +230,20 @@ async def test_failing_question_rejects_and_is_logged():
 # What a busy server does.
 
 
+@pytest.mark.parametrize(
+    ("options", "angles", "ends", "seconds"),
+    [
+        ({}, (3, 1), [3, "GoalRejected"], 3),
+        ({"when_busy": "queue", "at_most": 2}, (3, 1, 2, 4), [3, 1, 2, "GoalRejected"], 6),
+        ({"when_busy": "parallel", "at_most": 2}, (3, 2, 1), [3, 2, "GoalRejected"], 3),
+    ],
+    ids=["reject", "queue", "parallel"],
+)
 @virtual_time
-async def test_busy_server_rejects():
-    async with harness(serving(), Boss) as lab:
-        assert await outcomes(lab, 3, 1) == [3, "GoalRejected"]
-        assert balanced(lab)
-
-
-@virtual_time
-async def test_busy_server_queues_some():
-    async with harness(serving(when_busy="queue", at_most=2), Boss) as lab:
-        assert await outcomes(lab, 3, 1, 2, 4) == [3, 1, 2, "GoalRejected"]
-        assert lab.clock.seconds() == 6
+async def test_busy_server_does_as_declared(options, angles, ends, seconds):
+    async with harness(serving(**options), Boss) as lab:
+        assert await outcomes(lab, *angles) == ends
+        assert lab.clock.seconds() == seconds
         assert balanced(lab)
 
 
@@ -270,14 +272,6 @@ async def test_new_goal_waits_for_the_replaced_one():
     async with harness(Careful(name="arm"), Boss) as lab:
         assert await outcomes(lab, 9, 8, 2) == ["GoalAborted", "GoalAborted", 2]
         assert lab.clock.seconds() == pytest.approx(0.1 + 1 + 2 + 1)
-        assert balanced(lab)
-
-
-@virtual_time
-async def test_parallel_goals_run_at_once():
-    async with harness(serving(when_busy="parallel", at_most=2), Boss) as lab:
-        assert await outcomes(lab, 3, 2, 1) == [3, 2, "GoalRejected"]
-        assert lab.clock.seconds() == 3
         assert balanced(lab)
 
 

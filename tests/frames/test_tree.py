@@ -145,17 +145,6 @@ def test_same_stamp_once_more_replaces_it():
     assert (edge.count, edge.at(S)) == (1, (3.0, 0, 0, 0, 0, 0, 1))
 
 
-def test_cartesian_interpolation_is_linear():
-    """TimeCache.CartesianInterpolation: every step between two stamps lies on the line."""
-    edge, offset = Edge("a", "b"), 200
-    edge.add(offset, (1.0, -2.0, 3.0, 0, 0, 0, 1))
-    edge.add(offset + 100, (3.0, 2.0, -1.0, 0, 0, 0, 1))
-    for step in range(101):
-        x, y, z, *_ = edge.at(offset + step)
-        share = step / 100
-        assert (x, y, z) == pytest.approx((1 + 2 * share, -2 + 4 * share, 3 - 4 * share))
-
-
 def test_no_interpolation_over_a_change_of_parent():
     """TimeCache.ReparentingInterpolationProtection: the time before the change is not made up."""
     tree = FrameTree()
