@@ -10,12 +10,15 @@ it can name nothing else, not even Python's built-in functions. A description th
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from keyword import iskeyword
 from typing import Any
 
 from busflow.errors import InvalidDeclaration
 
+MOST_LOOPS = 19
+"""The most loops within each other. Python 3.11 takes 20 blocks, and the body of a function is in a `try`."""
 _WORD = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -28,6 +31,7 @@ class FunctionSource:
         self._names: dict[int, str] = {}
         self._count = 0
         self._depth = 1
+        self._loops = 0
 
     def add(self, *lines: str) -> None:
         """Append lines at the present indentation."""
@@ -36,6 +40,20 @@ class FunctionSource:
     def indent(self, by: int) -> None:
         """Indent the next lines, or, with a negative number, the reverse."""
         self._depth += by
+
+    @contextmanager
+    def loop(self, head: str) -> Generator[None]:
+        """Append the head of a loop, e.g. "for item in items:"; its body is appended within.
+
+        Raises:
+            InvalidDeclaration: `MOST_LOOPS` loops surround it already.
+        """
+        if self._loops == MOST_LOOPS:
+            raise InvalidDeclaration(f"sequences of messages lie more than {MOST_LOOPS} deep within each other")
+        self.add(head)
+        self._loops, self._depth = self._loops + 1, self._depth + 1
+        yield
+        self._loops, self._depth = self._loops - 1, self._depth - 1
 
     def new(self, prefix: str) -> str:
         """Return an unused name."""
@@ -50,16 +68,9 @@ class FunctionSource:
         return self._names[id(value)]
 
     def function(self, parameter: str) -> Callable[[Any], Any]:
-        """Compile the lines as the body of a function with one parameter.
-
-        Raises:
-            InvalidDeclaration: Loops lie deeper within each other than Python allows, which is 20 blocks.
-        """
+        """Compile the lines as the body of a function with one parameter."""
         text = "\n".join([f"def function({parameter}):", *self._lines])
-        try:
-            exec(text, self._given)  # noqa: S102 - see above
-        except SyntaxError:
-            raise InvalidDeclaration("sequences of messages lie more than 19 deep within each other") from None
+        exec(text, self._given)  # noqa: S102 - see above
         return self._given["function"]
 
 

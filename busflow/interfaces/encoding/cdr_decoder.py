@@ -211,12 +211,13 @@ class _Decoder:
             self._at = None
         items, append = source.new("items"), source.new("append")
         source.add(f"{items} = ()", f"if {count}:")  # most are empty: a list and a loop would cost more than the rest
-        source.add(f"    {items} = []", f"    {append} = {items}.append", f"    for _ in {give(range)}({count}):")
-        source.indent(2)
-        item = self._item(field)
-        self._unpack()
-        source.add(f"{append}({self._made(item)})")
-        source.indent(-2)
+        source.indent(1)
+        source.add(f"{items} = []", f"{append} = {items}.append")
+        with source.loop(f"for _ in {give(range)}({count}):"):
+            item = self._item(field)
+            self._unpack()
+            source.add(f"{append}({self._made(item)})")
+        source.indent(-1)
         return f"{give(tuple)}({items})"
 
     def _texts(self, count: str) -> str:

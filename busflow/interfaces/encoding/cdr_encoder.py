@@ -186,13 +186,11 @@ class _Encoder:
         self._append()
         self._locate()
         item = self._source.new("item")
-        self._source.add(f"for {item} in {name}:")
-        self._source.indent(1)
-        self._item(field, item)
-        self._pack()
-        self._append()
-        self._locate()
-        self._source.indent(-1)
+        with self._source.loop(f"for {item} in {name}:"):
+            self._item(field, item)
+            self._pack()
+            self._append()
+            self._locate()
 
     def _pack(self) -> None:
         """Pack the pending values."""

@@ -638,6 +638,8 @@ def test_deeper_sequences_are_refused_in_words():
     message = nested(20, in_sequences=True)
     with pytest.raises(InvalidDeclaration, match="more than 19 deep within each other"):
         codec(type(message)).decode(b"")
+    with pytest.raises(InvalidDeclaration):
+        codec(type(message)).encode(message)
 
 
 def test_strided_arrays_are_written_in_order():
