@@ -27,6 +27,7 @@ from busflow.bus.subscription import Subscription
 from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
 from busflow.wire.zenoh.run_directory import find_run, runs
+from tests.extras import require_extra
 from tests.golden import golden  # noqa: F401  # a fixture of every test
 
 # How long an example takes, or is drawn, says how busy the machine is.
@@ -134,6 +135,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         return
     slow = {item.path for item in items if item.get_closest_marker("timeout")}
     items.sort(key=lambda item: item.path not in slow)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    for mark in item.iter_markers("needs"):
+        require_extra(mark.args[0])
 
 
 def shuffle(items: list[pytest.Item], order: random.Random) -> None:

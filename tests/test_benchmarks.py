@@ -125,7 +125,9 @@ ELSEWHERE = {
 """Those that run in the tests of something else."""
 
 
-@pytest.mark.parametrize("name", QUICK_ROUNDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=pytest.mark.needs("dds")) if each == "dds" else each for each in QUICK_ROUNDS]
+)
 @pytest.mark.timeout(600)
 @pytest.mark.long
 def test_benchmark_runs_one_short_round(name):

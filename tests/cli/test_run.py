@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -19,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("project")
 
 Captured = pytest.CaptureFixture[str]
 
-NEEDS_UVLOOP = pytest.mark.skipif(find_spec("uvloop") is None, reason="uvloop is not installed")
+NEEDS_UVLOOP = pytest.mark.needs("uvloop")
 
 
 def test_run_logs_to_stderr_and_prints_tables(capsys: Captured):

@@ -1,9 +1,9 @@
 """A run, a bridge and programs of DDS alone, each in a process of its own, in a domain that no other test uses."""
 
-import fcntl
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -17,7 +17,21 @@ from typing import Any
 
 import pytest
 
-collect_ignore_glob = [] if find_spec("cyclonedds") else ["test_*"]
+from tests.extras import require_extra
+
+
+class WithoutDDS(pytest.Module):
+    """A file of tests that cannot be imported."""
+
+    def collect(self) -> list[pytest.Item]:
+        require_extra("dds")
+        return []
+
+
+def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
+    return None if find_spec("cyclonedds") else WithoutDDS.from_parent(parent, path=module_path)
+
+
 PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 ROBOT = """
@@ -204,11 +218,11 @@ class DdsPeer(Program):
 
 @contextmanager
 def own_domain() -> Iterator[int]:
-    """A domain that no other process on this machine takes here."""
+    """A domain that no other tests on this machine take: they hold its port, of TCP, which DDS leaves free."""
     for domain in range(30, 100):
-        with Path(tempfile.gettempdir(), f"busflow-test-domain-{domain}").open("w") as file:
+        with socket.socket() as held:
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                held.bind(("127.0.0.1", 7400 + 250 * domain))
             except OSError:
                 continue
             yield domain

@@ -17,8 +17,10 @@ from busflow.description.urdf import read_robot
 from busflow.frames.moving import rotation_matrix
 from busflow.frames.rigid import Rigid
 from busflow.frames.tree import FrameTree, Gap
+from tests.extras import require_extra
 
-mujoco = pytest.importorskip("mujoco")
+require_extra("sim")
+import mujoco  # noqa: E402  # only with the extra
 
 FOLDER = Path(__file__).parents[2] / "configs/humanoid"
 AS_IT_IS = (

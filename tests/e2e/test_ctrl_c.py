@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +92,7 @@ NODES = {
 
 def on_each_loop(name: str, *text: str) -> list[Any]:
     """A node on busflow's own event loop, and, as a long test, on uvloop's; with the text that is expected."""
-    marks = [pytest.mark.skipif(find_spec("uvloop") is None, reason="uvloop is not installed"), pytest.mark.long]
+    marks = [pytest.mark.needs("uvloop"), pytest.mark.long]
     other = (name, "--event-loop", "uvloop")
     return [pytest.param(name, *text, id=name), pytest.param(other, *text, id=f"{name}-uvloop", marks=marks)]
 

@@ -4,7 +4,7 @@ import pytest
 
 from busflow.wire.client.client import join
 
-pytest.importorskip("uvloop", reason="uvloop is not installed: pip install '.[uvloop]'")
+pytestmark = pytest.mark.needs("uvloop")
 
 PATIENCE_S = 60.0
 

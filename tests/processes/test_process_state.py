@@ -99,7 +99,9 @@ def threads_left_by(before):
     return {*threading.enumerate()} - before
 
 
-@pytest.mark.parametrize("event_loop", ["busflow", pytest.param("uvloop", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "event_loop", ["busflow", pytest.param("uvloop", marks=[pytest.mark.long, pytest.mark.needs("uvloop")])]
+)
 def test_run_restores_the_process(robot, event_loop, tmp_path_factory, capfd):
     to = tmp_path_factory.mktemp("recordings")
     gc.freeze()  # a policy of the program's own, which the restart of a node leaves alone

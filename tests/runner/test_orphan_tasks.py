@@ -227,10 +227,8 @@ async def test_graphs_on_one_loop_fail_their_own_nodes():
         assert healthy.graph.failures == []
 
 
-@pytest.mark.parametrize("event_loop", ["busflow", "uvloop"])
+@pytest.mark.parametrize("event_loop", ["busflow", pytest.param("uvloop", marks=pytest.mark.needs("uvloop"))])
 def test_a_run_ends_with_the_failure(capsys, event_loop):
-    if event_loop == "uvloop":
-        pytest.importorskip("uvloop")
     assert busflow.run(Forgetful, inspect=False, event_loop=event_loop) is ExitCode.FAILED
     output = capsys.readouterr().err
     assert "error: node /forgetful failed in Forgetful (task work that was not awaited: use self.spawn(…))" in output

@@ -12,11 +12,12 @@ import busflow
 from busflow import LaunchError, Node
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.loops.system import new_event_loop
+from tests.extras import require_extra
 
 
 @pytest.fixture
 def new_uvloop():
-    pytest.importorskip("uvloop", reason="uvloop is not installed: pip install '.[uvloop]'")
+    require_extra("uvloop")
     return chosen_loop("uvloop")
 
 
