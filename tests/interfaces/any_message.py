@@ -15,7 +15,7 @@ def values_of(field):
     if not isinstance(field.base, str):
         items = messages(field.base)
     else:
-        primitive = PRIMITIVES[field.base]
+        primitive, bound = PRIMITIVES[field.base], field.string_bound or 20
         if primitive.dtype and field.array is not ArrayKind.NONE:
             sizes = {ArrayKind.FIXED: (field.size, field.size), ArrayKind.BOUNDED: (0, field.size)}
             low, high = sizes.get(field.array, (0, 4))
@@ -24,7 +24,9 @@ def values_of(field):
             int: st.integers(primitive.low, primitive.high),
             float: st.floats(width=32 if field.base == "float32" else 64),
             bool: st.booleans(),
-            str: st.text(st.characters(codec="utf-8"), max_size=field.string_bound or 5),
+            str: st.text(st.characters(codec="utf-8"), max_size=min(bound, 5)).filter(
+                lambda text: len(text.encode()) <= bound  # as ROS counts it
+            ),
         }[primitive.python]
     if field.array is ArrayKind.NONE:
         return items

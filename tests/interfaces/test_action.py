@@ -1,7 +1,5 @@
 """An action type has inside it what its user writes, and ROS 2's derived types beside it."""
 
-import re
-
 import pytest
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -105,15 +103,15 @@ def test_each_user_gets_the_same_types():
 
 
 @pytest.mark.parametrize("missing", ["Goal", "Result", "Feedback"])
-def test_action_without_a_part_is_refused(missing):
+def test_action_without_a_part_is_refused(golden, missing):
     body = {part: type(part, (Message,), {"__module__": __name__}) for part in ("Goal", "Result", "Feedback")}
     del body[missing]
-    with pytest.raises(InvalidDeclaration, match=rf"MoveTo needs inside it `class {missing}\(Message\): …`"):
+    with golden.raises(InvalidDeclaration):
         type("MoveTo", (ActionType,), body)
 
 
-def test_result_without_a_default_is_refused():
-    with pytest.raises(InvalidDeclaration, match=re.escape("Late.Result needs a default for each field")):
+def test_result_without_a_default_is_refused(golden):
+    with golden.raises(InvalidDeclaration):
 
         class Late(ActionType, package="my_robot"):
             class Goal(Message):

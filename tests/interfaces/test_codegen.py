@@ -34,6 +34,6 @@ def test_nothing_else_can_be_named(text):
 
 @pytest.mark.parametrize("name", ["x; import os", "X", "", "x\n", "class", "é", "__class__", "a.b"])
 def test_an_unsafe_field_name_enters_no_generated_line(name):
-    with pytest.raises(InvalidDeclaration, match="names no field"):
+    with pytest.raises(InvalidDeclaration):
         word(name)
     assert word("frame_id2") == "frame_id2"

@@ -14,8 +14,6 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationError, field_validator
 from pydantic.version import version_short
 
@@ -42,7 +40,7 @@ from busflow.interfaces.message import (
     zeros,
 )
 from busflow.msgs.builtin_interfaces import Duration, Time
-from busflow.msgs.geometry_msgs import Vector3
+from busflow.msgs.geometry_msgs import Point, Vector3
 from busflow.msgs.sensor_msgs import Image, Imu, JointState
 from busflow.msgs.std_msgs import Empty, Header
 from busflow.msgs.std_srvs import Trigger
@@ -71,18 +69,12 @@ class Tree(Message, package="tests"):
 # Values
 
 
-def test_a_misspelt_field_is_an_error():
-    with pytest.raises(InvalidMessage, match="valeu"):
-        Vector3(valeu=1.0)
-
-
-def test_a_message_cannot_change():
+def test_a_message_cannot_change(golden):
     message = Sample(gains=[1, 2, 3])
-    with pytest.raises(InvalidMessage, match="frozen"):
-        message.number = 1.0
-    with pytest.raises(InvalidMessage, match="frozen"):
-        del message.number
-    with pytest.raises(InvalidMessage, match="frozen"):
+    for change in (lambda: setattr(message, "number", 1.0), lambda: delattr(message, "number")):
+        with golden.raises(InvalidMessage):
+            change()
+    with pytest.raises(InvalidMessage):
         message.other = 1
     with pytest.raises(ValueError, match="read-only"):
         message.gains[0] = 1
@@ -117,7 +109,7 @@ def test_equality_compares_values():
     assert Sample(data=b"a") != Sample(data=b"ab")
     assert Sample(points=[Vector3(x=1)]) != Sample(points=[Vector3(x=2)])
     assert Sample(names=["a"]) != Sample(names=["a", "b"])
-    assert Sample() != Vector3()
+    assert Point() != Vector3(), "their fields have the same names"
     assert Sample() != 1
 
 
@@ -129,19 +121,12 @@ def test_nan_equals_nan_and_zero_its_negative():
     assert Sample(number=math.nan) != Sample(number=1.0)
 
 
-def test_types_with_the_same_fields_are_unequal():
-    class Other(Message, package="tests"):
-        x: float64 = 0.0
-        y: float64 = 0.0
-        z: float64 = 0.0
-
-    assert Other() != Vector3()
-
-
-def test_an_unhashable_message_says_what_to_do():
+def test_an_unhashable_message_says_what_to_do(golden):
     for use in (hash, lambda message: {message}, lambda message: {message: 1}):
-        with pytest.raises(TypeError, match=r"Vector3.*use a tuple of the fields"):
+        with pytest.raises(TypeError):
             use(Vector3())
+    with golden.raises(TypeError):
+        hash(Vector3())
 
 
 @pytest.mark.parametrize(
@@ -183,17 +168,11 @@ def test_what_comes_out_of_a_pickle_is_checked():
         restore(cls, values | {"x": "one"})
 
 
-def test_a_message_prints_with_its_class_name():
-    assert str(Vector3(x=1.0)) == repr(Vector3(x=1.0)) == "Vector3(x=1.0, y=0.0, z=0.0)"
-    assert f"{Time(sec=1)}" == "Time(sec=1, nanosec=0)"
-
-
-def test_a_large_array_is_printed_short():
-    text = repr(Image(data=np.zeros(921600, np.uint8)))
-    assert "data=[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, … 921600 × uint8]" in text
-    assert repr(Sample(gains=[1, 2, 3])).startswith("Sample(number=0.0, gains=[1.0, 2.0, 3.0], data=[], names=()")
-    many = repr(JointState(name=[f"joint{i}" for i in range(1000)]))
-    assert "name=('joint0', 'joint1', 'joint2', … 1000 items)" in many
+def test_a_message_prints_its_class_and_large_arrays_short(golden):
+    assert str(Vector3(x=1.0)) == repr(Vector3(x=1.0)) == f"{Vector3(x=1.0)}"
+    names = [f"joint{i}" for i in range(1000)]
+    many = [Vector3(x=1.0), Image(data=np.zeros(921600, np.uint8)), Sample(gains=[1, 2, 3]), JointState(name=names)]
+    golden("\n".join(map(repr, many)))
 
 
 def test_json_holds_nan_and_infinity():
@@ -227,20 +206,6 @@ def test_a_missing_field_is_an_attribute_error():
         _ = Vector3().w
 
 
-floats = st.floats() | st.integers(-(2**53), 2**53) | st.booleans() | st.text(max_size=2) | st.none()
-
-
-@given(st.dictionaries(st.sampled_from(["x", "y", "z", "w", "covariance"]), floats))
-def test_the_constructor_and_validation_accept_the_same(values):
-    def outcome(make):
-        try:
-            return make()
-        except ValueError:
-            return "refused"
-
-    assert outcome(lambda: Vector3(**values)) == outcome(lambda: Vector3.model_validate(values))
-
-
 # Time stamps
 
 
@@ -253,56 +218,56 @@ def test_a_clock_s_time_becomes_a_stamp():
     )
 
 
-def test_a_mapping_is_taken_for_a_time_stamp():
-    assert Header(stamp={"sec": 1}).stamp == Time(sec=1)
-
-
 @pytest.mark.parametrize("wrong", [ClockDuration(1), Duration(sec=1), 1.5, 1, None, "now", {"sec": 2**31}], ids=repr)
 def test_what_is_not_a_time_is_refused(wrong):
-    with pytest.raises(InvalidMessage, match=r"builtin_interfaces/msg/Time or a clock's Time"):
+    with pytest.raises(InvalidMessage):
         Header(stamp=wrong)
 
 
 # Declarations
 
 
-@pytest.mark.parametrize("name", ["Rate", "rate_Hz", "rate__hz", "rate_", "räte"])
-def test_a_field_name_outside_ros_grammar_is_refused(name):
+@pytest.mark.parametrize(
+    "name", ["Rate", "rate_Hz", "rate__hz", "rate_", "räte", "copy", "json", "replace", "model_dump"]
+)
+def test_a_field_name_that_ros_or_a_method_forbids_is_refused(name):
     with pytest.raises(InvalidDeclaration, match=name):
         type("Sample", (Message,), {"__annotations__": {name: float64}, "__module__": __name__})
 
 
-@pytest.mark.parametrize("name", ["copy", "json", "dict", "replace", "model_fields", "model_dump"])
-def test_a_field_that_hides_a_method_is_refused(name):
-    with pytest.raises(InvalidDeclaration, match="name the field otherwise"):
-        type("Sample", (Message,), {"__annotations__": {name: float64}, "__module__": __name__})
+MISTAKES = {
+    "field name": "class Sample(Message): rate__hz: float64 = 0.0",
+    "hidden method": "class Sample(Message): model_fields: float64 = 0.0",
+    "type name": "class balance(Message): pass",
+    "type name with _": "class My_Balance(Message): pass",
+    "type name in German": "class Größe(Message): pass",
+    "package": "class Sample(Message, package='My-robot'): pass",
+    "empty package": "class Sample(Message, package=''): pass",
+    "annotation": "class Sample(Message): value: 'Missing'",
+    "constructor": "class Sample(Message):\n    def __init__(self, **data): super().__init__(**data)",
+    "not frozen": "class Sample(Message): model_config = {'frozen': False}",
+    "extra allowed": "class Sample(Message): model_config = {'extra': 'allow'}",
+    "extra ignored": "class Sample(Message): model_config = {'extra': 'ignore'}",
+    "no response": "class Reset(ServiceType):\n    class Request(Message): pass",
+    "no request": "class Reset(ServiceType): Request = int",
+    "constant out of range": "class Level(Message): BAD: ClassVar[uint8] = 256",
+    "constant without value": "class Level(Message): BAD: ClassVar[uint8]",
+    "constant in lower case": "class Level(Message): ok: ClassVar[uint8] = 0",
+    "constant of unknown type": "class Level(Message): OK: 'ClassVar[uint9]' = 0",
+    "name of no message": "type_name(Message)",
+    "name of no service": "type_name(ServiceType)",
+    "name of a number": "type_name(int)",
+}
 
 
-@pytest.mark.parametrize("name", ["balance", "_Balance", "My_Balance", "Größe"])
-def test_a_type_name_outside_ros_grammar_is_refused(name):
-    with pytest.raises(InvalidDeclaration, match="a capital first"):
-        type(name, (Message,), {"__module__": __name__})
+NAMES = {each.__name__: each for each in (Message, ServiceType, type_name)}
+NAMES |= {"ClassVar": ClassVar, "uint8": uint8, "float64": float64}
 
 
-def test_a_name_not_yet_known_is_refused():
-    with pytest.raises(InvalidDeclaration, match="'Missing' in an annotation is not known"):
-
-        class Sample(Message, package="tests"):
-            value: "Missing"  # noqa: F821 - that is the point
-
-
-def test_a_constructor_of_one_s_own_is_refused():
-    with pytest.raises(InvalidDeclaration, match="class method"):
-
-        class Sample(Message, package="tests"):
-            def __init__(self, **data):
-                super().__init__(**data)
-
-
-@pytest.mark.parametrize("config", [{"frozen": False}, {"extra": "allow"}, {"extra": "ignore"}])
-def test_the_promises_of_messages_cannot_be_configured_away(config):
-    with pytest.raises(InvalidDeclaration, match="frozen, without unknown fields"):
-        type("Sample", (Message,), {"model_config": config, "__module__": __name__})
+@pytest.mark.parametrize("case", MISTAKES)
+def test_wrong_declaration_is_refused(golden, case):
+    with golden.raises(InvalidDeclaration):
+        exec(MISTAKES[case], {**NAMES, "__name__": __name__})  # noqa: S102  # a declaration as text
 
 
 def test_validators_of_pydantic_work():
@@ -317,10 +282,9 @@ def test_validators_of_pydantic_work():
             return value
 
     assert Positive(value=np.float32(1)).value == 1.0
-    with pytest.raises(InvalidMessage, match="negative"):
-        Positive(value=-1)
-    with pytest.raises(InvalidMessage, match="float64"):
-        Positive(value="1")
+    for wrong in (-1, "1"):
+        with pytest.raises(InvalidMessage):
+            Positive(value=wrong)
 
 
 def test_a_subclass_inherits_fields_and_has_its_name():
@@ -338,24 +302,16 @@ def test_a_subclass_inherits_fields_and_has_its_name():
 # Names
 
 
-@pytest.mark.parametrize("wrong", [Message, ServiceType, int])
-def test_what_is_no_message_type_has_no_name(wrong):
-    with pytest.raises(InvalidDeclaration, match="is not a message type"):
-        type_name(wrong)
-
-
 def test_a_type_is_named_for_its_package():
     assert type_name(Imu) == "sensor_msgs/msg/Imu"
     assert type_name(Trigger) == "std_srvs/srv/Trigger"
     assert type_name(Trigger.Request) == "std_srvs/srv/Trigger_Request"
 
 
-@pytest.mark.parametrize("package", ["My_robot", "my-robot", "my__robot", "robot_", "1robot", "", "röbot"])
+@pytest.mark.parametrize("package", ["my-robot", "my__robot", "robot_", "1robot", "röbot"])
 def test_a_package_outside_ros_s_grammar_is_refused(package):
-    with pytest.raises(InvalidDeclaration, match='package="my_robot"'):
-
-        class Sample(Message, package=package):
-            pass
+    with pytest.raises(InvalidDeclaration):
+        type("Sample", (Message,), {}, package=package)
 
 
 def run_file(tmp_path, path, text, *arguments, folder="."):
@@ -380,11 +336,8 @@ print(type_name(Sample))
 @pytest.mark.parametrize(
     ("path", "arguments", "package"),
     [
-        ("my_robot.py", (), "my_robot"),
         ("My-Robot.2.py", (), "my_robot_2"),
-        ("robot/__main__.py", (), "robot"),
         ("robot/__main__.py", ("robot",), "robot"),
-        ("robot/__main__.py", ("-m", "robot"), "robot"),
         ("robot/nodes/talker.py", ("-m", "robot.nodes.talker"), "robot"),
         ("unused.py", ("-c", PRINTS_ITS_TYPE), "main"),
     ],
@@ -419,19 +372,6 @@ def test_a_plugins_type_has_the_outer_folders_name(tmp_path):
 # Services, constants, finding
 
 
-def test_a_service_needs_both_messages():
-    with pytest.raises(InvalidDeclaration, match="class Response"):
-
-        class Reset(ServiceType, package="tests"):
-            class Request(Message):
-                pass
-
-    with pytest.raises(InvalidDeclaration, match="class Request"):
-
-        class Again(ServiceType, package="tests"):
-            Request = int
-
-
 def test_a_service_outside_packages_names_its_messages(tmp_path):
     text = (
         "from busflow.interfaces.message import Message, ServiceType, type_name\n"
@@ -462,34 +402,6 @@ def test_constants_are_class_variables_of_a_ros_type():
     )
     assert Level.WORST == -128
     assert [field.name for field in fields_of(Level)] == ["level", "limit"]
-
-
-def test_a_constant_out_of_range_is_refused():
-    with pytest.raises(InvalidDeclaration, match=r"Level\.BAD"):
-
-        class Level(Message, package="tests"):
-            BAD: ClassVar[uint8] = 256
-
-
-def test_a_constant_without_a_value_is_refused():
-    with pytest.raises(InvalidDeclaration, match=r"Level\.BAD"):
-
-        class Level(Message, package="tests"):
-            BAD: ClassVar[uint8]
-
-
-def test_a_constant_is_named_in_upper_case():
-    with pytest.raises(InvalidDeclaration, match="upper case"):
-
-        class Level(Message, package="tests"):
-            ok: ClassVar[uint8] = 0
-
-
-def test_a_constant_of_unknown_type_is_refused():
-    with pytest.raises(InvalidDeclaration, match=r"Level\.OK.*uint9"):
-
-        class Level(Message, package="tests"):
-            OK: "ClassVar[uint9]" = 0  # noqa: F821 - that is the point
 
 
 def test_a_type_that_holds_itself_travels_as_json():
@@ -524,40 +436,30 @@ def test_an_unknown_type_of_a_megabyte_is_cut(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "advice"),
+    "name",
     [
-        ("sensor_msgs/msg/Imuu", "did you mean 'Imu'?"),
-        ("sensor_msgs/Joint_State", "did you mean 'JointState'?"),
-        ("sensor_msg/msg/Imu", "did you mean 'sensor_msgs'?"),
-        ("std_srvs/msg/Trigger", "did you mean 'Trigger'?"),
-        ("Imu", "no package 'Imu'"),
-        ("", "no package ''"),
-        ("sensor_msgs", "no type 'sensor_msgs'"),
-        ("sensor_msgs/msg/Imu/", "no type"),
-        ("sensor_msgs/msg/__all__", "no type"),
-        ("../msg/Imu", "no package"),
+        "sensor_msgs/msg/Imuu",
+        "sensor_msgs/Joint_State",
+        "sensor_msg/msg/Imu",
+        "std_srvs/msg/Trigger",
+        "Imu",
+        "",
+        "sensor_msgs",
+        "sensor_msgs/msg/Imu/",
+        "sensor_msgs/msg/__all__",
+        "../msg/Imu",
     ],
 )
-def test_an_unknown_type_suggests_the_nearest_one(name, advice):
-    with pytest.raises(UnknownType) as caught:
+def test_an_unknown_type_suggests_the_nearest_one(golden, name):
+    with golden.raises(UnknownType):
         find_type(name)
-    assert advice in str(caught.value)
 
 
 @pytest.mark.skipif(tuple(map(int, version_short().split("."))) < (2, 14), reason="pydantic refuses it first")
-@pytest.mark.parametrize(
-    ("value", "written"),
-    [
-        (0.0, "write x: float = 0.0, or x: ClassVar[float] = 0.0 where it is no field"),
-        (True, "write x: bool = True, or"),
-        (None, "write x: … = …, or"),
-        (Field(default=1.0), "write x: … = …, or"),
-    ],
-)
-def test_value_without_annotation_is_refused_with_advice(value, written):
-    with pytest.raises(InvalidDeclaration) as told:
+@pytest.mark.parametrize("value", [0.0, True, None, Field(default=1.0)], ids=["number", "flag", "none", "field"])
+def test_value_without_annotation_is_refused_with_advice(golden, value):
+    with golden.raises(InvalidDeclaration):
         type("Sample", (Message,), {"x": value, "__module__": __name__}, package="tests")
-    assert str(told.value).startswith(f"Sample.x has no annotation: {written}")
 
 
 def test_what_is_no_field_needs_no_annotation():
@@ -579,11 +481,10 @@ def test_what_is_no_field_needs_no_annotation():
     assert (Narrow.LIMIT, Known.of(2.0).double) == (0.5, 4.0)
 
 
-def packaged(module_name: str) -> str:
+def packaged(module_name):
     """The name of a type that a module of this name declares."""
-    code = "from busflow.interfaces.message import Message\nclass Own(Message): ..."
-    space = {"__name__": module_name}
-    exec(code, space)  # noqa: S102  # a module as text
+    space = {"__name__": module_name, "Message": Message}
+    exec("class Own(Message): ...", space)  # noqa: S102  # a module as text
     return type_name(space["Own"])
 
 

@@ -194,32 +194,32 @@ FIELD = ("type_description", "fields", 0)
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "reason"),
+    ("path", "value"),
     [
-        (("type_description",), None, "is not a mapping"),
-        (("type_description", "type_name"), "Pose Stamped", "is not a name"),
-        (("type_description", "fields"), {}, "is not a list"),
-        (("type_description", "fields"), [], "one field"),
-        (("type_description", "fields", 1), describe(PoseStamped)["type_description"]["fields"][0], "one name"),
-        (("type_description", "constants"), [{"name": "A", "type": ["int8"], "value": "1"}], "constant"),
-        ((*FIELD, "name"), "a; import os", "is not a name"),
-        ((*FIELD, "name"), 3, "is not a name"),
-        ((*FIELD, "default_value"), 3, "text"),
-        ((*FIELD, "type", "type_id"), 0, "cannot be read"),
-        ((*FIELD, "type", "type_id"), 12, "cannot be read"),
-        ((*FIELD, "type", "type_id"), 3, "holds no"),
-        ((*FIELD, "type", "type_id"), 193, "cannot be read"),
-        ((*FIELD, "type", "type_id"), True, "32 bits"),
-        ((*FIELD, "type", "type_id"), -1, "32 bits"),
-        ((*FIELD, "type", "type_id"), 49, "one item at least"),
-        ((*FIELD, "type", "capacity"), 1 << 32, "32 bits"),
-        ((*FIELD, "type", "nested_type_name"), "std_msgs/msg/Headr", "is not described"),
-        (("referenced_type_descriptions",), None, "is not a list"),
-        (("referenced_type_descriptions", 0), describe(PoseStamped)["type_description"], "twice"),
+        (("type_description",), None),
+        (("type_description", "type_name"), "Pose Stamped"),
+        (("type_description", "fields"), {}),
+        (("type_description", "fields"), []),
+        (("type_description", "fields", 1), describe(PoseStamped)["type_description"]["fields"][0]),
+        (("type_description", "constants"), [{"name": "A", "type": ["int8"], "value": "1"}]),
+        ((*FIELD, "name"), "a; import os"),
+        ((*FIELD, "name"), 3),
+        ((*FIELD, "default_value"), 3),
+        ((*FIELD, "type", "type_id"), 0),
+        ((*FIELD, "type", "type_id"), 12),
+        ((*FIELD, "type", "type_id"), 3),
+        ((*FIELD, "type", "type_id"), 193),
+        ((*FIELD, "type", "type_id"), True),
+        ((*FIELD, "type", "type_id"), -1),
+        ((*FIELD, "type", "type_id"), 49),
+        ((*FIELD, "type", "capacity"), 1 << 32),
+        ((*FIELD, "type", "nested_type_name"), "std_msgs/msg/Headr"),
+        (("referenced_type_descriptions",), None),
+        (("referenced_type_descriptions", 0), describe(PoseStamped)["type_description"]),
     ],
 )
-def test_an_unreliable_description_is_refused(path, value, reason):
-    with pytest.raises(MalformedMessage, match=reason):
+def test_an_unreliable_description_is_refused(golden, path, value):
+    with golden.raises(MalformedMessage):
         check(changed(path, value))
 
 

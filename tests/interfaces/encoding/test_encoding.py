@@ -57,9 +57,8 @@ from busflow.interfaces.message import (
     uint16,
     wstring,
 )
-from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.geometry_msgs import Point, Point32, Polygon, Vector3
-from busflow.msgs.sensor_msgs import Image, Imu, PointCloud2
+from busflow.msgs.sensor_msgs import Image, Imu
 from busflow.msgs.std_msgs import Bool, Empty, Float64MultiArray, Header, Int32, String, UInt8MultiArray
 from tests.interfaces.any_message import by_group, messages
 from tests.vectors import each_case
@@ -201,44 +200,31 @@ def test_hostile_bytes_are_read_or_refused_without_memory(case):
 
 
 @pytest.mark.parametrize(
-    ("cls", "data", "said"),
+    ("cls", "data"),
     [
-        (String, "0001000064000000 61626300", "data at byte 4: 100 bytes of text are announced and 4 bytes are left"),
-        (String, "0001000002000000 6161", "data at byte 9: the text does not end with a NUL"),
-        (String, "0001000003000000 61ff00", "data at byte 9: the text is not UTF-8: invalid start byte"),
-        (String, "0001000004000000 eda08000", "data at byte 8: the text is not UTF-8: invalid continuation byte"),
-        (Bool, "0001000002", "data at byte 4: a bool is 0 or 1, not 2"),
-        (Flags, "00010000 01000000 02000000 01020000 00000000", "flags at byte 13: a bool is 0 or 1, not 2"),
-        (
-            Flags,
-            "00010000 00000000 00000000 01000000 02000000 6161",
-            "names[0] at byte 21: the text does not end with a NUL",
-        ),
-        (
-            Flags,
-            "00010000 00000000 00000000 01000000 02000000 ff00",
-            "names[0] at byte 20: the text is not UTF-8: invalid start byte",
-        ),
-        (Int32, "0001000007000000 00000000", "at byte 8: 4 bytes follow the message"),
-        (Int32, "000300000700000000000000", "at byte 0: 00 03 00 00 is not a header of plain CDR"),
-        (Int32, "", "at byte 0: nothing is not a header of plain CDR"),
-        (Header, "00010000 00000000 00000000 0a", "frame_id at byte 12: 4 bytes are needed and 1 are left"),
-        (
-            Polygon,
-            "00010000 02000000 0000000000000000 00000000 0000000000000000 000000",
-            "points at byte 4: 2 items that take 24 bytes at least are announced and 23 bytes are left",
-        ),
+        (String, "0001000064000000 61626300"),
+        (String, "0001000002000000 6161"),
+        (String, "0001000003000000 61ff00"),
+        (String, "0001000004000000 eda08000"),
+        (Bool, "0001000002"),
+        (Flags, "00010000 01000000 02000000 01020000 00000000"),
+        (Flags, "00010000 00000000 00000000 01000000 02000000 6161"),
+        (Flags, "00010000 00000000 00000000 01000000 02000000 ff00"),
+        (Int32, "0001000007000000 00000000"),
+        (Int32, "000300000700000000000000"),
+        (Int32, ""),
+        (Header, "00010000 00000000 00000000 0a"),
+        (Polygon, "00010000 02000000 0000000000000000 00000000 0000000000000000 000000"),
         (
             find_type("diagnostic_msgs/DiagnosticStatus"),
             "00010000 00000000" + "0100000000000000" * 3 + "02000000" + "0100000000000000" * 3 + "0200000061610000",
-            "values[1].value at byte 65: the text does not end with a NUL",
         ),
     ],
 )
-def test_an_error_names_type_field_and_byte(cls, data, said):
-    with pytest.raises(MalformedMessage) as caught:
+def test_an_error_names_type_field_and_byte(golden, cls, data):
+    with golden.raises(MalformedMessage) as caught:
         codec(cls).decode(bytes.fromhex(data))
-    assert str(caught.value) == f"{type_name(cls)}: {said}"
+    assert caught.value.type_name == type_name(cls)
 
 
 @pytest.mark.parametrize("spare", [0, 1, 2, 3])
@@ -302,9 +288,9 @@ def test_any_message_survives_and_is_encoded_as_rosbags(group):
         check_survival(cls)
 
 
-def check_survival(cls):
+def check_survival(cls, examples=3):
     coded, name = codec(cls), type_name(cls)
-    read = decoder_from_description(describe(cls))
+    read, write = decoder_from_description(describe(cls)), encoder_from_description(describe(cls))
     # rosbags takes a byte for signed and knows no services: it is given the type in our words, a byte as a uint8.
     words = ros2msg(describe(cls)).replace("byte ", "uint8 ").replace("byte[", "uint8[")
     words, msg_name = (text.replace("/srv/", "/msg/").replace("/action/", "/msg/") for text in (words, name))
@@ -312,7 +298,7 @@ def check_survival(cls):
     if known:
         ROSBAGS.register(get_types_from_msg(words, msg_name))
 
-    @settings(max_examples=3)
+    @settings(max_examples=examples)
     @given(messages(cls))
     def holds(message):
         data = coded.encode(message)
@@ -322,6 +308,7 @@ def check_survival(cls):
         assert (
             json.dumps(plain(read(data))) == json.dumps(plain(message)) == json.dumps(plain(read(big_endian(message))))
         )
+        assert write(read(data)) == data
         assert not known or bytes(ROSBAGS.serialize_cdr(ROSBAGS.deserialize_cdr(data, msg_name), msg_name)) == data
         assert decoded.model_dump_json() == message.model_dump_json()
         assert decoded.model_fields_set == set(cls.model_fields)
@@ -338,11 +325,11 @@ def test_mutated_messages_are_read_or_refused_never_crash(group):
         check_refusal(cls)
 
 
-def check_refusal(cls):
+def check_refusal(cls, examples=3):
     """A codec and the description agree about what is a message, whatever happens to the bytes."""
     coded, read = codec(cls), decoder_from_description(describe(cls))
 
-    @settings(max_examples=3)
+    @settings(max_examples=examples)
     @given(messages(cls), st.data())
     def holds(message, data):
         payload = bytearray(data.draw(st.sampled_from([coded.encode(message), big_endian(message)])))
@@ -352,13 +339,13 @@ def check_refusal(cls):
                 st.binary(max_size=8) | st.sampled_from([b"\xff\xff\xff\xff", b"\0\0\0\x80", b"\x10\0\0\0"])
             )
             payload[where : where + data.draw(st.sampled_from([0, len(new), 8]))] = new
-        outcome = None
-        with contextlib.suppress(MalformedMessage):
-            outcome = coded.decode(bytes(payload))
-        other = None
-        with contextlib.suppress(MalformedMessage):
-            other = read(bytes(payload))
-        assert json.dumps(plain(outcome)) == json.dumps(plain(other))
+        found = []
+        for decode in (coded.decode, read):
+            try:
+                found.append(json.dumps(plain(decode(bytes(payload)))))
+            except MalformedMessage:
+                found.append(None)
+        assert found[0] == found[1]
 
     holds()
 
@@ -466,37 +453,9 @@ class Everything(Message, package="test"):
     inner: Sequence[Wide] = ()
 
 
-EVERYTHING = codec(Everything)
-READ_EVERYTHING = decoder_from_description(describe(Everything))
-
-
-@given(messages(Everything))
-def test_each_kind_of_field_survives_anywhere(message):
-    coded = EVERYTHING
-    short = [message.short, *message.shorts]
-    if any(len(text.encode()) > 4 for text in short):
-        with pytest.raises(MalformedMessage, match="bytes of UTF-8 where ROS allows 4"):
-            coded.encode(message)
-        return
-    assert coded.decode(coded.encode(message)) == message
-    assert coded.decode(big_endian(message)) == message
-    read = READ_EVERYTHING
-    assert json.dumps(plain(read(coded.encode(message)))) == json.dumps(plain(message))
-    assert json.dumps(plain(read(big_endian(message)))) == json.dumps(plain(message))
-
-
-@given(st.data())
-def test_each_kind_of_broken_field_is_refused_alike(data):
-    payload = bytearray(data.draw(st.sampled_from([EVERYTHING.encode(Everything()), big_endian(Everything())])))
-    for _ in range(data.draw(st.integers(1, 3))):
-        where = data.draw(st.integers(0, len(payload) - 1))
-        payload[where] = data.draw(st.integers(0, 255))
-    outcome = other = None
-    with contextlib.suppress(MalformedMessage):
-        outcome = EVERYTHING.decode(bytes(payload))
-    with contextlib.suppress(MalformedMessage):
-        other = READ_EVERYTHING(bytes(payload))
-    assert json.dumps(plain(outcome)) == json.dumps(plain(other))
+def test_each_kind_of_field_survives_anywhere():
+    check_survival(Everything, examples=25)
+    check_refusal(Everything, examples=25)
 
 
 class Bounded(Message, package="test"):
@@ -510,26 +469,17 @@ class Bounded(Message, package="test"):
 UNBOUNDED = "float32[] few\ngeometry_msgs/Point32[] points\nstring[] words\nstring short\nwstring wide"
 
 
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
-        ({"few": [1.0] * 3}, "few at byte 4: 3 items are announced where 2 are allowed"),
-        ({"points": [{}] * 2}, "points at byte 8: 2 items are announced where 1 are allowed"),
-        ({"words": ["", ""]}, "words at byte 12: 2 items are announced where 1 are allowed"),
-        ({"short": "abc"}, "short at byte 16: 4 bytes of text are announced where 3 are allowed"),
-        ({"wide": "abc"}, "wide at byte 24: 3 units of text are announced where 2 are allowed"),
-        ({"few": [1.0] * 2, "points": [{}], "words": ["abc"], "short": "ab", "wide": "ab"}, None),
-    ],
-)
-def test_what_exceeds_a_bound_is_refused(values, said):
+BOUNDS = {"few": [1.0] * 3, "points": [{}] * 2, "words": ["", ""], "short": "abc", "wide": "abc"}
+
+
+@pytest.mark.parametrize("field", BOUNDS)
+def test_value_that_exceeds_a_bound_is_refused(golden, field):
     points = "=" * 80 + "\nMSG: geometry_msgs/Point32\nfloat32 x\nfloat32 y\nfloat32 z"
-    data = encoder_from_description(parse("test/msg/Bounded", f"{UNBOUNDED}\n{points}"))(values)
-    if said is None:
-        assert codec(Bounded).decode(data).wide == "ab"
-        return
-    with pytest.raises(MalformedMessage) as caught:
-        codec(Bounded).decode(data)
-    assert str(caught.value) == f"test/msg/Bounded: {said}"
+    write = encoder_from_description(parse("test/msg/Bounded", f"{UNBOUNDED}\n{points}"))
+    with golden.raises(MalformedMessage):
+        codec(Bounded).decode(write({field: BOUNDS[field]}))
+    within = {name: value[:-1] for name, value in BOUNDS.items()}
+    assert codec(Bounded).decode(write(within)).wide == "ab"
 
 
 class Said(Message, package="test"):
@@ -544,31 +494,25 @@ def test_wide_text_has_utf16_units_in_32_bits():
     assert codec(Said).decode(data) == Said(wide="é😀")
 
 
-@pytest.mark.parametrize(
-    ("units", "reason"), [([0xD83D], "not UTF-16"), ([0x10000], "not UTF-16"), ([0x61, 0xDE00], "not UTF-16")]
-)
-def test_wide_text_that_is_none_is_refused(units, reason):
+@pytest.mark.parametrize("units", [[0xD83D], [0x10000], [0x61, 0xDE00]])
+def test_invalid_wide_text_is_refused(golden, units):
     data = b"\0\1\0\0" + struct.pack(f"<I{len(units)}II", len(units), *units, 0)
-    with pytest.raises(MalformedMessage, match=f"wide at byte 8: the text is {reason}"):
+    with golden.raises(MalformedMessage):
         codec(Said).decode(data)
 
 
 @pytest.mark.parametrize(
-    ("message", "said"),
-    [
-        (Said(short="a😀"), "test/msg/Said: short: 3 units of UTF-16 where ROS allows 2"),
-        (Everything(short="äöü"), "test/msg/Everything: short: 6 bytes of UTF-8 where ROS allows 4"),
-        (Everything(shorts=["a", "äöü"]), "test/msg/Everything: shorts[1]: 6 bytes of UTF-8 where ROS allows 4"),
-    ],
+    "message",
+    [Said(short="a😀"), Everything(short="äöü"), Everything(shorts=["a", "äöü"])],
+    ids=["wide", "text", "sequence"],
 )
-def test_text_too_long_for_ros_is_named(message, said):
-    with pytest.raises(MalformedMessage) as caught:
+def test_text_too_long_for_ros_is_named(golden, message):
+    with golden.raises(MalformedMessage):
         codec(type(message)).encode(message)
-    assert str(caught.value) == said
 
 
-def test_a_message_of_another_type_is_not_written():
-    with pytest.raises(IncompatibleType, match="a Vector3 is no sensor_msgs/msg/Imu"):
+def test_a_message_of_another_type_is_not_written(golden):
+    with golden.raises(IncompatibleType):
         codec(Imu).encode(Vector3())
 
 
@@ -592,13 +536,13 @@ class Holder(Message, package="test"):
     ruled: Sequence[Ruled] = ()
 
 
-def test_decoding_applies_the_rules_of_a_class():
+def test_decoding_applies_the_rules_of_a_class(golden):
     good = Holder(even=Even(number=4), ruled=[Ruled(share=0.5)])
     data = codec(Holder).encode(good)
     assert codec(Holder).decode(data) == good
-    with pytest.raises(MalformedMessage, match=r"test/msg/Holder: number: .*an even number is needed"):
+    with golden.raises(MalformedMessage):
         codec(Holder).decode(data.replace(struct.pack("<q", 4), struct.pack("<q", 5)))
-    with pytest.raises(MalformedMessage, match=r"share must be less than or equal to 1"):
+    with golden.raises(MalformedMessage):
         codec(Holder).decode(data.replace(struct.pack("<f", 0.5), struct.pack("<f", 1.5)))
 
 
@@ -634,9 +578,9 @@ def test_messages_nest_up_to_a_limit(depth, in_sequences):
     assert codec(cls).decode(codec(cls).encode(message)) == message
 
 
-def test_deeper_sequences_are_refused_in_words():
+def test_deeper_sequences_are_refused_in_words(golden):
     message = nested(20, in_sequences=True)
-    with pytest.raises(InvalidDeclaration, match="more than 19 deep within each other"):
+    with golden.raises(InvalidDeclaration):
         codec(type(message)).decode(b"")
     with pytest.raises(InvalidDeclaration):
         codec(type(message)).encode(message)
@@ -646,15 +590,6 @@ def test_strided_arrays_are_written_in_order():
     frame = take(np.arange(10_000, dtype=np.uint8))
     data = codec(UInt8MultiArray).encode(UInt8MultiArray(data=frame[::2]))
     assert codec(UInt8MultiArray).decode(data).data.tolist() == frame[::2].tolist()
-
-
-def test_fields_are_aligned_after_text_of_any_length():
-    for length in range(17):
-        message = Header(stamp=Time(sec=1), frame_id="x" * length)
-        imu = Imu(header=message, orientation_covariance=[*range(9)])
-        assert codec(Imu).decode(codec(Imu).encode(imu)) == imu
-        cloud = PointCloud2(header=message, width=7, data=bytes(range(100)))
-        assert codec(PointCloud2).decode(codec(PointCloud2).encode(cloud)) == cloud
 
 
 class Labels(Message, package="test"):
@@ -695,12 +630,6 @@ def test_texts_of_two_messages_stay_apart():
         assert used.decode(b"\0\1\0\0" + text + zeros) == Labels(before="x" * length)
 
 
-def test_a_definition_alone_reads_what_the_class_wrote():
-    message = Header(stamp=Time(sec=7), frame_id="map")
-    read = decoder_from_description(parse("std_msgs/msg/Header", ros2msg(describe(Header))))
-    assert read(codec(Header).encode(message)) == {"stamp": {"sec": 7, "nanosec": 0}, "frame_id": "map"}
-
-
 class Crashing(Message, package="test"):
     number: int64 = 0
 
@@ -719,5 +648,5 @@ def test_rule_that_crashes_makes_bytes_malformed():
 def test_value_changed_behind_the_check_is_refused():
     message = Vector3()
     message.__dict__["x"] = "far"
-    with pytest.raises(MalformedMessage, match=r"rror: "):
+    with pytest.raises(MalformedMessage):
         codec(Vector3).encode(message)

@@ -37,20 +37,20 @@ def test_messages_in_json_are_read_and_written():
     assert peer.definition == support.definition
 
 
-def test_a_description_of_another_hash_is_refused():
+def test_a_description_of_another_hash_is_refused(golden):
     for support in (TypeSupport(Header), TypeSupport(Maybe)):
         description = copy.deepcopy(support.description)
         if support.is_ros:
             description["type_description"]["fields"][1]["name"] = "frame"
         else:
             description["properties"]["values"] = description["properties"].pop("value")
-        with pytest.raises(MalformedMessage, match=f"the description's hash is .*, not {support.type_hash}"):
+        with golden.raises(MalformedMessage, mask={"[0-9a-f]{64}": "HASH"}):
             ForeignType(support.name, support.type_hash, description)
 
 
 def test_a_description_of_another_name_is_refused():
     support = TypeSupport(Header)
-    with pytest.raises(MalformedMessage, match="of another type"):
+    with pytest.raises(MalformedMessage):
         ForeignType("std_msgs/msg/String", support.type_hash, support.description)
 
 
@@ -61,22 +61,22 @@ def test_what_is_no_description_is_refused(prefix, description):
         ForeignType("a/msg/B", prefix + "0" * 64, description)
 
 
-def test_a_schema_deeper_than_python_allows_is_refused():
+def test_a_schema_deeper_than_python_allows_is_refused(golden):
     description = {}
     for _ in range(100_000):
         description = {"items": description}
-    with pytest.raises(MalformedMessage, match="no JSON Schema"):
+    with golden.raises(MalformedMessage):
         ForeignType("a/msg/B", "JSON01_" + "0" * 64, description)
     while description:  # taken apart by hand: Python itself would end the process over so deep a value
         description = description.pop("items")
 
 
-def test_what_follows_a_message_is_left_out():
+def test_what_follows_a_message_is_left_out(golden):
     support = TypeSupport(Header)
     peer = foreign(support)
     data = support.encode(Header(frame_id="map"))
     assert peer.without_surplus(data + b"\7" * 80) == data
-    with pytest.raises(MalformedMessage, match="4 bytes of text are announced and 2 bytes are left"):
+    with golden.raises(MalformedMessage):
         peer.without_surplus(data[:-2])
 
 

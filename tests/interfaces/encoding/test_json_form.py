@@ -48,21 +48,20 @@ def test_a_peer_without_the_class_reads_it():
 
 
 @pytest.mark.parametrize(
-    ("data", "said"),
+    "data",
     [
-        (b"", "Invalid JSON"),
-        (b"\xff", "Invalid JSON"),
-        (b"[" * 100_000, "Invalid JSON"),
-        (b'{"where": {"x": "1"}}', "where.x"),
-        (b'{"scores": {"cat": "high"}}', "scores.cat"),
-        (b'{"wher": null}', "wher"),
-        (b'{"where": {"x": 9007199254740993}}', "where.x"),
-        (b'{"scores": {"cat": 9007199254740993}}', "scores.cat"),
-        (b'{"weights": [9007199254740993]}', "weights"),
+        b"",
+        b"\xff",
+        b'{"where": {"x": "1"}}',
+        b'{"scores": {"cat": "high"}}',
+        b'{"wher": null}',
+        b'{"where": {"x": 9007199254740993}}',
+        b'{"scores": {"cat": 9007199254740993}}',
+        b'{"weights": [9007199254740993]}',
     ],
 )
-def test_hostile_bytes_are_refused_with_the_field(data, said):
-    with pytest.raises(MalformedMessage, match=said) as caught:
+def test_hostile_bytes_are_refused_with_the_field(golden, data):
+    with golden.raises(MalformedMessage, mask={"Invalid JSON.*|Input .*|Extra .*": "…"}) as caught:
         TypeSupport(Detection).decode(data)
     assert caught.value.type_name == "test/msg/Detection"
 
@@ -71,8 +70,9 @@ def test_hostile_bytes_are_refused_with_the_field(data, said):
     "data", [b"", b"\xff", b"[" * 100_000, b"[" * 600 + b"]" * 600, b"1" * 10_000, b"{'a': 1}", b'"\\ud800"']
 )
 def test_hostile_bytes_are_refused_without_the_class_too(data):
-    with pytest.raises(MalformedMessage, match="no JSON"):
-        json_form.decode(data, "test/msg/Detection")
+    for decode in (json_form.decode, lambda data, _name: TypeSupport(Detection).decode(data)):
+        with pytest.raises(MalformedMessage):
+            decode(data, "test/msg/Detection")
 
 
 def test_the_hash_covers_allowed_values_and_nothing_else():
@@ -134,7 +134,7 @@ class Find(ServiceType, package="test"):
         where: Point | None = None
 
 
-def test_a_json_services_hash_covers_request_and_response():
+def test_a_json_services_hash_covers_request_and_response(golden):
     class Seek(ServiceType, package="test"):
         class Request(Message):
             label: str = ""
@@ -145,7 +145,7 @@ def test_a_json_services_hash_covers_request_and_response():
 
     assert TypeSupport(Find).type_hash.startswith("JSON01_")
     assert TypeSupport(Find).type_hash != TypeSupport(Seek).type_hash
-    with pytest.raises(InvalidDeclaration, match="its Request and its Response"):
+    with golden.raises(InvalidDeclaration):
         TypeSupport(Find).encode(Find.Request())
 
 
@@ -177,7 +177,7 @@ def test_value_without_a_form_in_json_is_refused():
 
     support = TypeSupport(Loose)
     assert support.decode(support.encode(Loose(thing=1))) == Loose(thing=1)
-    with pytest.raises(MalformedMessage, match="serialize"):
+    with pytest.raises(MalformedMessage):
         support.encode(Loose(thing=object()))
 
 
@@ -193,9 +193,9 @@ def test_the_hash_is_also_of_the_values_allowed():
     assert len({moded("a", "b"), moded("a", "c"), moded("a")}) == 3
 
 
-def test_field_without_a_json_schema_is_refused():
+def test_field_without_a_json_schema_is_refused(golden):
     class Calling(Message, package="test"):
         function: Callable[[], int] | None = None
 
-    with pytest.raises(InvalidDeclaration, match=r"^Calling cannot be described in JSON Schema: .*CallableSchema$"):
+    with golden.raises(InvalidDeclaration, mask={": .*core_schema": ": core_schema"}):
         json_form.schema_of(Calling)

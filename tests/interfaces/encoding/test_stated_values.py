@@ -55,19 +55,20 @@ def test_written_array_is_read_back(values):
 
 
 @pytest.mark.parametrize(
-    ("field", "why"),
+    "field",
     [
-        (Field("a", "int8", count=Count.FIXED, size=2, default="[1]"), "exactly 2 values are needed, not 1"),
-        (Field("a", "int8", count=Count.BOUNDED, size=1, default="[1, 2]"), "at most 1 values are allowed, not 2"),
-        (Field("a", "int8", count=Count.UNBOUNDED, default="1, 2"), r"stand in brackets: \[1, 2\]"),
-        (Field("a", "int8", count=Count.UNBOUNDED, default="[1,,2]"), "missing between commas"),
-        (Field("a", "int8", count=Count.UNBOUNDED, default="[1,]"), "missing after the last comma"),
-        (Field("a", "bool", default="yes"), "yes is not a bool; write true or false"),
-        (Field("a", "string", default="'ahoy"), "the quote at 'ahoy is not closed"),
-        (Field("a", "string", default="'a'b'"), r"a quote inside the text ends it; write \\'"),
-        (Field("a", "string", string_bound=2, default="abc"), "3 characters where 2 are allowed"),
+        Field("a", "int8", count=Count.FIXED, size=2, default="[1]"),
+        Field("a", "int8", count=Count.BOUNDED, size=1, default="[1, 2]"),
+        Field("a", "int8", count=Count.UNBOUNDED, default="1, 2"),
+        Field("a", "int8", count=Count.UNBOUNDED, default="[1,,2]"),
+        Field("a", "int8", count=Count.UNBOUNDED, default="[1,]"),
+        Field("a", "bool", default="yes"),
+        Field("a", "string", default="'ahoy"),
+        Field("a", "string", default="'a'b'"),
+        Field("a", "string", string_bound=2, default="abc"),
     ],
+    ids=lambda field: f"{field.base} {field.count.name} {field.default}",
 )
-def test_default_that_breaks_a_rule_is_refused(field, why):
-    with pytest.raises(ValueError, match=why):
+def test_default_that_breaks_a_rule_is_refused(golden, field):
+    with golden.raises(ValueError):
         value_of(field)

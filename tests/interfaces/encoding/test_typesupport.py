@@ -55,10 +55,10 @@ def test_heavy_messages_hold_arrays_and_bulky_ones_bytes():
     assert kinds == {Image: (True, True), JointState: (True, False), Header: (False, False), SetBool: (False, False)}
 
 
-def test_types_of_fixed_size_have_a_limit():
+def test_types_of_fixed_size_have_a_limit(golden):
     fixed = {each: TypeSupport(each).most_bytes for each in (Empty, SetBool.Request, Int64, PoseWithCovariance)}
     assert {each for each, most in fixed.items() if not len(TypeSupport(each).encode(each())) < most < 600} == set()
-    with pytest.raises(MalformedMessage, match="std_msgs/msg/Int64: 1,000,000 bytes are too many"):
+    with golden.raises(MalformedMessage):
         TypeSupport(Int64).check_size(1_000_000)
     for any_size in (String, Image, JointState, SetBool):
         TypeSupport(any_size).check_size(10**9)
