@@ -89,7 +89,7 @@ def replaced(text: str, name: str, content: str) -> str:
     before, found, rest = text.partition(begin)
     _, ended, after = rest.partition(end)
     if not found or not ended:
-        raise SystemExit(f"{PAGE} has no place for {name}: write {begin.strip()} and {end} where it belongs")
+        raise SystemExit(f"{PAGE.name} has no place for {name}: write {begin.strip()} and {end} where it belongs")
     return f"{before}{begin}\n{content}\n\n{end}{after}"
 
 
