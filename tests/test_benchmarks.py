@@ -109,7 +109,6 @@ QUICK_ROUNDS = {
     "frames": ["--quick"],
     "humanoid": ["--seconds", "2", "--processes", "1"],
     "inspection": ["--quick"],
-    "pauses": ["--quick"],
     "recording": ["0.2"],
     "ros2": ["--quick"],
     "virtual_time": ["--quick"],
