@@ -17,6 +17,13 @@ def when(folder, value: str) -> bool:
     return "it" in [node.name for node in nodes]
 
 
+@each_case("i_launch", "substitution/")
+def test_text_without_expressions_is_kept(folder, case: dict[str, Any]):
+    (expected,) = case["expect"]
+    text = json.dumps({"nodes": {"it": {"plugin": "talker", "parameters": {"text": case["input"]}}}})
+    assert folder.load(text).nodes[0].parameters.data == expected
+
+
 @each_case("i_launch", "condition/", "not/", "and/", "or/", "any/", "all/", "node_parameters/")
 def test_upstream_launch_cases_agree(folder, case: dict[str, Any], golden):
     given, expected = case["input"], case["expect"]
