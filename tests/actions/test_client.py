@@ -161,11 +161,11 @@ async def test_goal_of_another_type_is_refused():
 async def test_result_is_known_in_the_block_only(golden):
     async with harness(Arm, Boss) as lab:
         going = lab.node(Boss).move.send(MoveTo.Goal())
-        with golden.raises(NotRunning, mask={r"[0-9a-f]{8}-[0-9a-f-]*": "ID"}):
+        with golden.raises(NotRunning):
             await going.result()
         async with going:
             await going.result()
-        with golden.raises(NotRunning, mask={r"[0-9a-f]{8}-[0-9a-f-]*": "ID"}):
+        with golden.raises(NotRunning):
             async with going:
                 pass
 
@@ -187,7 +187,7 @@ async def test_circle_of_goal_and_call_is_named(golden):
             return Trigger.Response()
 
     async with harness(Circular) as lab:
-        with golden.raises(ServiceFailed, mask={r" \(.*:\d+:\d+\)": ""}):
+        with golden.raises(ServiceFailed):
             await lab.call(Trigger, "circular/ask", timeout=None)
         assert balanced(lab)
 

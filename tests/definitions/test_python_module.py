@@ -112,7 +112,7 @@ def test_types_of_one_name_stand_apart(tmp_path):
 
 def test_what_no_module_can_hold_is_refused(sources, tmp_path, golden):
     library = Library([sources])
-    with golden.raises(InvalidDefinition, mask={str(sources): "sources", r"--to .*": "--to FOLDER"}):
+    with golden.raises(InvalidDefinition, mask={r"--to .*": "--to FOLDER"}):
         generate(library, ["user_msgs"], tmp_path)
     with golden.raises(UnknownType):
         generate(library, ["grip_msg"], tmp_path)
@@ -129,7 +129,7 @@ def test_types_that_fit_no_class_are_left_out(tmp_path, golden):
         "p/srv/D.srv": "---\nint8 class\n",
     }
     (made,) = generate(Library([write(tmp_path, files)]), ["p"], tmp_path)
-    golden("\n".join(each.render() for each in made.left_out), mask={str(tmp_path): ""})
+    golden("\n".join(each.render() for each in made.left_out))
     namespace: dict[str, Any] = {"__name__": "p"}
     exec(made.text, namespace)  # noqa: S102  # the module just made
     made_c = namespace["C"](cls=1)
