@@ -12,9 +12,24 @@ from busflow import (
     service,
 )
 from busflow.interfaces.message import Message
+from busflow.msgs.std_msgs import Int64
 
-PLACE = {r":\d+:\d+": ""}
-"""A mask for golden texts: the line and column of a handler."""
+
+def number(value):
+    return Int64(data=value)
+
+
+def publish(publisher, *values):
+    for value in values:
+        publisher.publish(number(value))
+
+
+def queued(subscription):
+    return [message.data for message in subscription.queue.items]
+
+
+async def settle():
+    await asyncio.get_running_loop().settle()
 
 
 class Add(ServiceType, package="test"):

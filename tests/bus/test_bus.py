@@ -16,18 +16,7 @@ from busflow.clock import SimClock
 from busflow.errors import IncompatibleQoS, IncompatibleType, NotRunning
 from busflow.msgs.std_msgs import Int64, String
 from busflow.testing import virtual_time
-
-
-def number(value):
-    return Int64(data=value)
-
-
-def queued(subscription):
-    return [message.data for message in subscription.queue.items]
-
-
-async def settle():
-    await asyncio.get_running_loop().settle()
+from tests.bus.conftest import number, queued, settle
 
 
 def in_a_thread(function, *args):

@@ -234,8 +234,15 @@ class BusModel(RuleBasedStateMachine):
     def remove_publisher(self, which):
         sender = self.senders.pop(which % len(self.senders))
         sender.end.close()
+        self.check_silence(sender)
         with pytest.raises(NotRunning):
             sender.end.publish(Int64(data=-1))
+
+    def check_silence(self, one):
+        """An end that has left reports no change."""
+        one.events.clear()
+        one.end.report_changes()
+        assert one.events == []
 
     @precondition(lambda self: self.senders)
     @rule(which=WHICH)
@@ -262,6 +269,7 @@ class BusModel(RuleBasedStateMachine):
             receiver.drops["stopped"] += len(receiver.queue)
             receiver.queue.clear()
         receiver.end.close()
+        self.check_silence(receiver)
         self.gone.append((receiver.arrived, len(receiver.taken), sum(receiver.drops.values()), len(receiver.queue)))
         if receiver.reader:
             self.end_reader(receiver)

@@ -4,24 +4,11 @@ import asyncio
 
 import pytest
 
-from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
 from busflow.testing.link_faults import Faults
+from tests.bus.conftest import publish, settle
 
 KINDS = ["plain", "async", "pulled"]
-
-
-def publish(publisher, *values):
-    for value in values:
-        publisher.publish(Int64(data=value))
-
-
-def queued(subscription):
-    return [message.data for message in subscription.queue.items]
-
-
-async def settle():
-    await asyncio.get_running_loop().settle()
 
 
 def receiving(bench, kind, values, **qos):

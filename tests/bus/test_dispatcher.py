@@ -143,37 +143,23 @@ def test_due_timer_runs_before_the_next_async_batch(cancelled):
 
 
 @virtual_time
-async def test_entries_made_before_open_are_served():
-    dispatcher, log = Dispatcher(virtual=True), []
-    dispatcher.schedule(Backlog(dispatcher, log, "early", 1))
-    await asyncio.sleep(0)
-    assert log == []
-    dispatcher.open(asyncio.get_running_loop())
-    await asyncio.sleep(0)
-    assert log == ["early"]
-
-
-@virtual_time
-async def test_closed_dispatcher_serves_nothing():
-    dispatcher, log = opened(), []
-    dispatcher.schedule(Backlog(dispatcher, log, "late", 1))
-    dispatcher.close()
-    dispatcher.schedule(Backlog(dispatcher, log, "later", 1))
-    await asyncio.get_running_loop().settle()
-    assert log == []
-    assert len(dispatcher.ready) == 2
-
-
-@virtual_time
-async def test_a_dispatcher_can_be_opened_again():
-    dispatcher, log = opened(), []
-    dispatcher.schedule(Backlog(dispatcher, log, "a", 1))
-    dispatcher.close()
-    dispatcher.open(asyncio.get_running_loop())
-    await asyncio.get_running_loop().settle()
-    dispatcher.schedule(Backlog(dispatcher, log, "b", 1))
-    await asyncio.get_running_loop().settle()
-    assert log == ["a", "b"]
+async def test_entries_are_served_only_while_it_is_open():
+    dispatcher, log, loop = Dispatcher(virtual=True), [], asyncio.get_running_loop()
+    for name in ("before", "again"):
+        dispatcher.schedule(Backlog(dispatcher, log, name, 1))
+        await loop.settle()
+        assert name not in log
+        dispatcher.open(loop)
+        await loop.settle()
+        assert log[-1] == name
+        dispatcher.schedule(Backlog(dispatcher, log, "within", 1))
+        await loop.settle()
+        assert log[-1] == "within"
+        dispatcher.schedule(Backlog(dispatcher, log, "late", 1))
+        dispatcher.close()
+        await loop.settle()
+        assert "late" not in log
+        dispatcher.ready.clear()
 
 
 @virtual_time

@@ -13,18 +13,7 @@ from busflow.errors import IncompatibleType, NotRunning, SendTimeout, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.msgs.std_msgs import Int64, String
 from busflow.testing import virtual_time
-
-
-def number(value):
-    return Int64(data=value)
-
-
-def queued(subscription):
-    return [message.data for message in subscription.queue.items]
-
-
-async def settle():
-    await asyncio.get_running_loop().settle()
+from tests.bus.conftest import number, queued, settle
 
 
 @virtual_time
@@ -270,18 +259,6 @@ async def test_listener_may_close_the_silent_publisher(make_bench):
 
 
 @virtual_time
-async def test_closed_publisher_reports_no_change(make_bench):
-    bench, events = make_bench(), []
-    publisher = bench.publisher()
-    bench.subscription()
-    publisher.report_changes()
-    publisher.on_event = events.append
-    publisher.close()
-    publisher.report_changes()
-    assert events == []
-
-
-@virtual_time
 async def test_successor_of_a_closed_publisher_is_closed(make_bench):
     bench = make_bench()
     before = bench.publisher()
@@ -294,27 +271,14 @@ async def test_successor_of_a_closed_publisher_is_closed(make_bench):
 
 
 @virtual_time
-async def test_earlier_messages_come_first_in_the_history(make_bench):
+async def test_history_takes_earlier_messages_and_each_once(make_bench):
     bench = make_bench()
-    latched = bench.publisher(durability="transient_local", depth=3)
+    latched, volatile = bench.publisher(durability="transient_local", depth=3), bench.publisher(node="/other")
     latched.publish(number(3))
-    latched.publish(number(4))
-    latched.remember([latched.as_kept(number(value)) for value in (1, 2)])
-    assert [item.data for _, item in latched.history] == [2, 3, 4]
-    volatile = bench.publisher(node="/other")
-    volatile.remember([number(1)])
-    assert volatile.history == ()
-
-
-@virtual_time
-async def test_a_remembered_message_that_arrives_stands_once(make_bench):
-    bench = make_bench()
-    latched = bench.publisher(durability="transient_local", depth=3)
-    kept = [latched.as_kept(number(value)) for value in (1, 2)]
-    latched.remember(kept)
-    latched.forget(kept[1])
-    latched.publish(number(2))
-    assert [item.data for _, item in latched.history] == [1, 2]
-    volatile = bench.publisher(node="/other")
-    volatile.forget(number(1))
+    for publisher in (latched, volatile):
+        kept = [publisher.as_kept(number(value)) for value in (0, 1, 2)]
+        publisher.remember(kept)
+        publisher.forget(kept[2])
+        publisher.publish(number(2))
+    assert [item.data for _, item in latched.history] == [1, 3, 2]
     assert volatile.history == ()

@@ -12,7 +12,6 @@ from busflow.bus.statistics import (
     ClientStatistics,
     DispatcherStatistics,
     InboxStatistics,
-    PublisherStatistics,
     ServerStatistics,
     SubscriptionStatistics,
 )
@@ -22,40 +21,6 @@ from busflow.node.node import runtime_of
 from busflow.testing import harness, virtual_time
 
 LINE = SubscriptionStatistics("/sink", "/number", 5, Overflow.DROP_OLDEST, 9, 4, 3, 2, {"overflow": 3}, 1)
-
-
-@virtual_time
-async def test_publisher_statistics_have_published_kept_and_subscriptions(make_bench):
-    bench = make_bench()
-    latched = bench.publisher(durability="transient_local", depth=2)
-    bench.subscription()
-    bench.subscription(node="/other")
-    for number in range(3):
-        latched.publish(Int64(data=number))
-    assert latched.statistics() == PublisherStatistics(
-        node="/source",
-        topic="/number",
-        published=3,
-        kept=2,
-        subscriptions=2,
-        alive=True,
-        deadlines_missed=0,
-        liveliness_lost=0,
-    )
-
-
-@virtual_time
-async def test_topic_statistics_include_past_subscriptions(make_bench):
-    bench = make_bench()
-    source = bench.publisher()
-    bench.subscription(node="/gone").close()
-    bench.subscription()
-    source.publish(Int64(data=1))
-    found = bench.bus.topics["/number"].statistics()
-    assert (found.topic, found.published, found.arrived, found.losses) == ("/number", 1, 0, {})
-    assert found.publishers == (source.statistics(),)
-    assert [(line.node, line.queued) for line in found.subscriptions] == [("/sink", 1), ("/gone", 0)]
-    assert list(bench.bus.ledger()) == list(found.subscriptions)
 
 
 @virtual_time

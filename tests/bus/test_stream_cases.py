@@ -6,16 +6,8 @@ import weakref
 
 import pytest
 
-from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
-
-
-async def settle():
-    await asyncio.get_running_loop().settle()
-
-
-def number(value):
-    return Int64(data=value)
+from tests.bus.conftest import number, settle
 
 
 @virtual_time

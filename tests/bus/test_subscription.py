@@ -11,23 +11,7 @@ from busflow.bus.subscription import Subscription
 from busflow.errors import Occupied
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
-
-
-def number(value):
-    return Int64(data=value)
-
-
-def publish(publisher, *values):
-    for value in values:
-        publisher.publish(number(value))
-
-
-def queued(subscription):
-    return [message.data for message in subscription.queue.items]
-
-
-async def settle():
-    await asyncio.get_running_loop().settle()
+from tests.bus.conftest import number, publish, queued, settle
 
 
 class Collecting:
@@ -409,19 +393,6 @@ async def test_all_observers_of_a_pulled_subscription_are_called(make_bench):
 
 
 @virtual_time
-async def test_closed_subscription_has_no_deadline(make_bench):
-    bench = make_bench()
-    publisher = bench.publisher(deadline_s=1)
-    subscription = bench.subscription(lambda _message: None, deadline_s=1)
-    publish(publisher, 1)
-    await asyncio.sleep(1.5)
-    subscription.close()
-    publisher.close()
-    await asyncio.sleep(10)
-    assert (publisher.deadlines_missed, subscription.statistics().deadlines_missed) == (1, 1)
-
-
-@virtual_time
 async def test_successor_keeps_deadline_and_link(make_bench):
     bench, events, changes = make_bench(), [], []
     publisher = bench.publisher(deadline_s=1)
@@ -484,18 +455,6 @@ async def test_drops_are_observed_from_the_attachment_on(make_bench):
     bench.bus.attach_subscription(subscription, bench.failures.append)
     publish(bench.publisher(), 1, 2, 3)
     assert reasons == ["overflow", "overflow"]
-
-
-@virtual_time
-async def test_closed_subscription_reports_no_change(make_bench):
-    bench, events = make_bench(), []
-    bench.publisher()
-    subscription = bench.subscription()
-    subscription.report_changes()
-    subscription.on_event = events.append
-    subscription.close()
-    subscription.report_changes()
-    assert events == []
 
 
 @virtual_time

@@ -5,16 +5,8 @@ import re
 
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
+from tests.bus.conftest import publish
 from tests.vectors import each_case
-
-
-def number(value):
-    return Int64(data=value)
-
-
-def publish(publisher, *values):
-    for value in values:
-        publisher.publish(number(value))
 
 
 async def taken(subscription):
