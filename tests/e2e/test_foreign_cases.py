@@ -8,36 +8,15 @@ from pathlib import Path
 
 import pytest
 
-TALKER = """
-import os
-from pathlib import Path
+from tests.processes.conftest import starting
 
-from busflow import Node
-
-TEXT = "%s%n {0.__class__} %(x)s [red]x[/red] [link=a]"
-
-
-class Talker(Node):
-    async def start(self) -> None:
-        self.log.info(TEXT)
-        self.log.info("two\\n18:00:00.000 error lines")
-        inodes = {link[8:-1] for fd in Path("/proc/self/fd").iterdir() if (link := name(fd)).startswith("socket:")}
-        tables = [Path(f"/proc/self/net/{kind}").read_text() for kind in ("tcp", "tcp6", "udp", "udp6")]
-        found = [line for table in tables for line in table.splitlines()[1:] if line.split()[9] in inodes]
-        self.log.info("sockets", count=len(found))
-
-
-def name(fd: Path) -> str:
-    return os.readlink(fd) if os.path.islink(fd) else ""
-"""
+NODES = Path(__file__).parents[1] / "nodes"
 ZENOH = '{mode: "peer", listen: {endpoints: ["tcp/0.0.0.0:0"]}, scouting: {multicast: {enabled: true}}}'
 
 
 @pytest.mark.skipif(not Path("/proc/self/net/tcp").exists(), reason="needs Linux's /proc")
 def test_environment_and_limits_change_no_run(tmp_path: Path):
-    (tmp_path / "plugins").mkdir()
-    (tmp_path / "plugins/talker.py").write_text(TALKER)
-    (tmp_path / "talk.yaml").write_text("plugins: [plugins]\nnodes: {talker: {plugin: talker}}\n")
+    (tmp_path / "talk.yaml").write_text(f"plugins: [{NODES}]\nnodes: {{talker: {{plugin: talker}}}}\n")
     (tmp_path / "zenoh.json5").write_text(ZENOH)
     environment = {**os.environ, "ZENOH_CONFIG": str(tmp_path / "zenoh.json5"), "SECRET_TOKEN": "hunter2-hunter2"}
     command = [sys.executable, "-m", "busflow", "run", "talk.yaml", "--for", "0.3s", "--report", "run.json"]
@@ -59,41 +38,18 @@ def test_environment_and_limits_change_no_run(tmp_path: Path):
     assert [text for text in written if b"hunter2" in text] == []
 
 
-BIG = """
-import numpy as np
-
-from busflow import Node, publisher, subscription
-from busflow.msgs.sensor_msgs import Image
-
-
-class Big(Node):
-    out = publisher(Image, "image")
-
-    async def run(self) -> None:
-        while not self.out.is_received:
-            await self.clock.sleep(0.1)
-        image = Image(data=np.zeros(300_000_000, dtype=np.uint8))
-        self.out.publish(image)
-        await self.clock.sleep(0.1)
-        self.out.publish(image)
-
-
-class Watcher(Node):
-    @subscription("image")
-    def on_image(self, image: Image) -> None: ...
-"""
+@pytest.fixture
+def start(tmp_path):
+    with starting(tmp_path) as start:
+        yield start
 
 
 @pytest.mark.long
-def test_message_too_large_to_send_is_named(tmp_path: Path):
-    (tmp_path / "plugins").mkdir()
-    (tmp_path / "plugins/big.py").write_text(BIG)
-    (tmp_path / "big.yaml").write_text("plugins: [plugins]\nshutdown: {grace: 20s}\nprocesses: {other: {}}\nnodes:\n")
-    with (tmp_path / "big.yaml").open("a") as file:
-        file.write("  big: {plugin: 'big:Big'}\n  watcher: {plugin: 'big:Watcher', process: other}\n")
-    command = [sys.executable, "-m", "busflow", "run", "big.yaml", "--for", "8s"]
-    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
-    said = "a message on /image cannot leave the process: 300,000,"
-    assert run.stderr.count(said) == 1, run.stderr
-    assert "not sent to other processes: too large, or not encodable" in run.stdout
+def test_message_too_large_to_send_is_named(start):
+    """Case msg/oversize."""
+    nodes = "big: {plugin: 'big:Big'}, watcher: {plugin: 'big:Watcher', process: other}"
+    run = start(f"processes: {{other: }}\nnodes: {{{nodes}}}\n")
+    run.wait_for('"published"')
+    assert run.end() == 130
+    assert sum("/image cannot leave the process: 300,000," in line for line in run.lines) == 1
+    assert run.topic("/image")["losses"] == {"unsent": 2}

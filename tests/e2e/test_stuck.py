@@ -5,24 +5,17 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from busflow.errors import ExitCode
+from busflow.timeouts import VARIABLE
 
 pytestmark = pytest.mark.e2e
 
-STUCK = """
-from busflow import Node, timer
-
-
-class Stuck(Node):
-    @timer(0.1)
-    def work(self) -> None:
-        while True:
-            self.log.debug("on")
-"""
-LAUNCH = "name: stuck\nplugins: [plugins]\nnodes: {stuck: {plugin: stuck}}\n"
+NODES = Path(__file__).parents[1] / "nodes"
+LAUNCH = f"name: stuck\nplugins: [{NODES}]\nnodes: {{stuck: {{plugin: stuck}}}}\n"
 TEST = """
 from busflow.testing import harness, virtual_time
 
@@ -36,27 +29,26 @@ async def test_that_never_ends() -> None:
     async with harness("stuck.yaml") as lab:
         await lab.advance(1)
 """
-AT_ONCE = "import sys; from busflow.runner import stuck_handlers; stuck_handlers._WARN_S = 0.1; "
 COMMANDS = {
-    "pytest": "import pytest; sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', 'test_stuck.py']))",
-    "busflow test": "from busflow.cli import main; sys.exit(main(['test', 'stuck.yaml']))",
-    "busflow run": "from busflow.cli import main; sys.exit(main(['run', '--sim', 'stuck.yaml', '--report', 'r.json']))",
+    "pytest": "import pytest, sys; sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', 'test_stuck.py']))",
+    "busflow test": "import sys; from busflow.cli import main; sys.exit(main(['test', 'stuck.yaml']))",
+    "busflow run": (
+        "import sys; from busflow.cli import main; sys.exit(main(['run', '--sim', 'stuck.yaml', '--report', 'r.json']))"
+    ),
 }
-"""Programs of each command; a handler is named after less than five seconds, to keep the tests short."""
 
 
 @pytest.mark.timeout(120)
 @pytest.mark.long
 @pytest.mark.parametrize("command", COMMANDS)
 def test_handler_without_end_is_named_and_ended(command, tmp_path):
-    (tmp_path / "plugins").mkdir()
-    (tmp_path / "plugins/stuck.py").write_text(STUCK)
     (tmp_path / "stuck.yaml").write_text(LAUNCH)
     (tmp_path / "test_stuck.py").write_text(TEST)
     environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "busflow.testing.plugin"}
+    environment[VARIABLE] = "stuck_warning=0.1"
     environment.pop("PYTEST_ADDOPTS", None)
     with subprocess.Popen(
-        [sys.executable, "-c", AT_ONCE + COMMANDS[command]],
+        [sys.executable, "-c", COMMANDS[command]],
         cwd=tmp_path,
         env=environment,
         stdout=subprocess.PIPE,
@@ -68,9 +60,9 @@ def test_handler_without_end_is_named_and_ended(command, tmp_path):
         process.send_signal(signal.SIGINT)
         printed, log = process.communicate(timeout=100)
     assert named.startswith("busflow: /stuck: timer work has not come back for 0.1 s of real time")
-    assert "plugins/stuck.py:" in named
+    assert "nodes/stuck.py:" in named
     assert "the run did not end within" in log
-    assert f"{tmp_path}/plugins/stuck.py:" in log
+    assert f"{NODES}/stuck.py:" in log
     if command == "pytest":
         assert process.returncode == pytest.ExitCode.INTERRUPTED
         assert "shown all the same" in printed  # the failure of another test

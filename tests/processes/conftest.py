@@ -21,102 +21,18 @@ PATIENCE_S = 120.0
 GRACE = "20s"
 """What nodes have to stop, on however slow a machine: a run that is ended by force fails."""
 
-PLUGINS = {
-    "teller": """
-from busflow import Node, Parameters, publisher, service, timer
-from busflow.msgs.std_msgs import Int64
-from busflow.msgs.std_srvs import Trigger
-
-
-class TellerParameters(Parameters):
-    at_start: int = 0
-    rate_hz: float = 0.0
-    fail_at: int = 0
-
-
-class Teller(Node):
-    parameters: TellerParameters
-    numbers = publisher(Int64, "numbers")
-    told = 0
-
-    async def start(self) -> None:
-        self.log.info("draws", number=int(self.rng.integers(1 << 30)))
-
-    async def run(self) -> None:
-        for _ in range(self.parameters.at_start):
-            self.tell()
-
-    @timer(hz="rate_hz")
-    def tell(self) -> None:
-        self.told += 1
-        if self.told == self.parameters.fail_at:
-            raise ValueError("lost count")
-        self.numbers.publish(Int64(data=self.told))
-
-    @service(Trigger, "told")
-    def how_many(self, request: Trigger.Request) -> Trigger.Response:
-        return Trigger.Response(success=True, message=str(self.told))
-""",
-    "hearer": """
-from busflow import Node, Parameters, subscription
-from busflow.msgs.std_msgs import Int64
-
-
-class HearerParameters(Parameters):
-    tell_at: int = 1
-
-
-class Hearer(Node):
-    parameters: HearerParameters
-    heard = 0
-    last = 0
-
-    @subscription("numbers")
-    def hear(self, number: Int64) -> None:
-        self.heard += 1
-        if number.data < self.last:
-            self.log.info("begins anew", last=self.last)
-        self.last = number.data
-        if self.heard == self.parameters.tell_at:
-            self.log.info("heard enough", heard=self.heard, last=self.last)
-""",
-    "chatter": """
-import sys
-
-from busflow import Node
-
-
-class Chatter(Node):
-    async def start(self) -> None:
-        print("hello \\x1b[31mred")
-        print("to the left", file=sys.stderr)
-        sys.stdout.write("no end")
-""",
-    "leaver": """
-from busflow import Node
-
-
-class Leaver(Node):
-    async def stop(self) -> None:
-        raise ValueError("the cable is loose")
-""",
-    "holder": """
-import asyncio
-
-from busflow import Node
-
-
-class Holder(Node):
-    async def start(self) -> None:
-        self.task = asyncio.create_task(self.work())
-
-    async def work(self) -> None:
-        raise ValueError("the cable is loose")
-""",
-}
-
-
+NODES = Path(__file__).parents[1] / "nodes"
+"""Where the nodes are that launch files name."""
 COMMAND = ["-m", "busflow", "run", "run.yaml", "--log-format", "json"]
+
+
+def busflow(runtime: Path, *words: str, expect: Sequence[int] = (0,)) -> str:
+    """What a command prints that looks for runs in this folder, and ends with one of these codes."""
+    environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(runtime)}
+    command = [sys.executable, "-m", "busflow", *words]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.returncode in expect, (words, done.returncode, done.stdout, done.stderr)
+    return done.stdout + done.stderr
 
 
 class Run:
@@ -196,6 +112,10 @@ class Run:
     def kill(self, process: str, number: int = signal.SIGKILL) -> None:
         os.kill(self.pids()[process], number)
 
+    def busflow(self, *words: str, expect: int = 0) -> str:
+        """What a command of another terminal prints."""
+        return busflow(self.runtime, *words, expect=(expect,))
+
     def end(self, number: int | None = signal.SIGINT) -> int:
         """Ask it to end, unless it does so by itself, and wait for that."""
         if number is not None and self.process.poll() is None:
@@ -216,15 +136,8 @@ class Run:
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """Where the nodes are that launch files name."""
-    return furnished(tmp_path)
-
-
-def furnished(folder: Path) -> Path:
-    (folder / "plugins").mkdir()
-    for name, code in PLUGINS.items():
-        (folder / f"plugins/{name}.py").write_text(code)
-    return folder
+    """Where runs are started, and write."""
+    return tmp_path
 
 
 @pytest.fixture
@@ -237,7 +150,7 @@ def start(project: Path) -> Iterator[Callable[..., Run]]:
 @pytest.fixture(scope="module")
 def start_for_all(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Run]]:
     """The same, for runs that last as long as the file's tests do: they only look at them."""
-    with starting(furnished(tmp_path_factory.mktemp("run"))) as start:
+    with starting(tmp_path_factory.mktemp("run")) as start:
         yield start
 
 
@@ -257,7 +170,7 @@ def starting(folder: Path) -> Iterator[Callable[..., Run]]:
         ) -> Run:
             for name, content in files.items():
                 (folder / name).write_text(content)
-            (folder / "run.yaml").write_text(f"plugins: [plugins]\nshutdown: {{grace: {grace}}}\n{text}")
+            (folder / "run.yaml").write_text(f"plugins: [{NODES}]\nshutdown: {{grace: {grace}}}\n{text}")
             place = Path(runtime, machine)
             place.mkdir(mode=0o700, exist_ok=True)
             if machine not in {"", "main"}:

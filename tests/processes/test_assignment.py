@@ -50,7 +50,7 @@ def test_argument_without_plain_value_becomes_text(tmp_path):
     "text", ["", "nonsense", "[]", "{}", '{"card": {}}', WHOLE.line().decode().replace('"seed"', '"sead"')]
 )
 def test_anything_else_is_refused_with_what_to_do(text):
-    with pytest.raises(ProcessFailed, match="--process is for busflow run, to start its own processes; leave it out"):
+    with pytest.raises(ProcessFailed, match="--process"):
         Assignment.read(io.StringIO(text))
 
 

@@ -18,50 +18,24 @@ from busflow.processes.joint_recording import JointRecording
 from busflow.recording.bag.bag import Bag
 from busflow.runner.graph import Graph
 from busflow.testing import replay
+from tests.processes.conftest import NODES
 
 LAB1 = Path(__file__).parents[2] / "configs/lab1_processes.yaml"
 RUN_LAB1 = ["run", str(LAB1), "rate_hz:=50", "--set", "shutdown.grace=20s"]
 """With time to stop on a busy machine: a process that is ended by force fails the run."""
 
-TOLD = """
-name: told
+COUNTED = """
+name: counted
 processes:
   far: {restart: on-failure}
 nodes:
-  teller: {plugin: teller, process: far, parameters: {rate_hz: 100.0}}
-  hearer: {plugin: hearer, parameters: {tell_at: 60}}
+  source: {plugin: source, process: far, parameters: {rate_hz: 100.0}}
+  sink: {plugin: sink, parameters: {enough: 60}}
 """
 
 
 def payloads(bag, topic):
     return [entry.channel.decode(entry.payload, Int64).data for entry in bag.entries([topic])]
-
-
-@pytest.mark.long
-def test_recording_matches_report_without_duplicates(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main([*RUN_LAB1, "--for", "2s", "--record", "run.mcap", "--report", "out.json"]) == 0
-    assert "run: " in capsys.readouterr().out.splitlines()[-1]
-    report = json.loads(Path("out.json").read_text())
-    assert report["recording"]["complete"]
-    assert sorted(path.name for path in Path("run").iterdir()) == ["main.mcap", "metadata.yaml", "sensors.mcap"]
-    with Bag("run") as bag:
-        found = Counter(entry.channel.topic for entry in bag.entries())
-        assert bag.survey().gaps == 0
-        assert bag.complete, bag.incomplete
-        assert [each.facts.process for each in bag.series] == ["main", "sensors"]
-        assert bag.ledger.report["topics"] == report["topics"]
-    published = {topic["name"]: topic["published"] for topic in report["topics"]}
-    assert min(published.values()) > 0
-    assert {topic: found[topic] for topic in published} == published
-    assert found.total() == report["recording"]["recorded"]
-    with Bag("run/main.mcap") as bag:
-        own = {channel.topic for channel in bag.channels if channel.count}
-        assert own & published.keys() == {"/balance_state", "/stability_index"}
-    with Bag("run/sensors.mcap") as bag:
-        own = {channel.topic for channel in bag.channels if channel.count}
-        assert own & published.keys() == {"/imu/data", "/joint_states"}
-        assert bag.ledger.report["exit_code"] == 0
 
 
 @pytest.mark.long
@@ -87,10 +61,32 @@ def test_each_process_splits_its_own_file(tmp_path, monkeypatch, capsys):
 
 @pytest.fixture(scope="module")
 def lab1(tmp_path_factory):
-    """A recording of lab 1 in two processes."""
+    """A recording of lab 1 in two processes, beside its report."""
     folder = tmp_path_factory.mktemp("lab1")
-    assert main([*RUN_LAB1, "--for", "1s", "--record", str(folder / "run")]) == 0
+    words = ("--for", "1s", "--record", str(folder / "run.mcap"), "--report", str(folder / "out.json"))
+    assert main([*RUN_LAB1, *words]) == 0
     return folder / "run"
+
+
+@pytest.mark.long
+def test_recording_matches_report_without_duplicates(lab1):
+    report = json.loads((lab1.parent / "out.json").read_text())
+    assert report["recording"]["complete"]
+    assert sorted(path.name for path in lab1.iterdir()) == ["main.mcap", "metadata.yaml", "sensors.mcap"]
+    with Bag(lab1) as bag:
+        found = Counter(entry.channel.topic for entry in bag.entries())
+        assert bag.survey().gaps == 0
+        assert bag.complete, bag.incomplete
+        assert [each.facts.process for each in bag.series] == ["main", "sensors"]
+        assert bag.ledger.report["topics"] == report["topics"]
+    published = {topic["name"]: topic["published"] for topic in report["topics"]}
+    assert min(published.values()) > 0
+    assert {topic: found[topic] for topic in published} == published
+    assert found.total() == report["recording"]["recorded"]
+    for process, own in (("main", {"/balance_state", "/stability_index"}), ("sensors", {"/imu/data", "/joint_states"})):
+        with Bag(lab1 / f"{process}.mcap") as bag:
+            assert {channel.topic for channel in bag.channels if channel.count} & published.keys() == own
+            assert process == "main" or bag.ledger.report["exit_code"] == 0
 
 
 @pytest.mark.long
@@ -160,35 +156,16 @@ ENDS_LATER = """
 name: later
 processes: {far: }
 nodes:
-  teller: {plugin: teller, process: far, parameters: {rate_hz: 100.0}}
-  slow: {plugin: "pair:Slow", process: far}
-  echo: {plugin: "pair:Echo"}
-"""
-PAIR = """
-from busflow import Node, QoS, publisher, subscription
-from busflow.msgs.std_msgs import Int64
-
-
-class Slow(Node):
-    async def stop(self) -> None:
-        await self.clock.sleep(0.4)  # the teller, which comes before it, goes on meanwhile
-
-
-class Echo(Node):
-    echoes = publisher(Int64, "echoes")
-
-    @subscription("numbers", qos=QoS(depth=1000))
-    def hear(self, number: Int64) -> None:
-        self.echoes.publish(number)
-        if number.data == 20:
-            self.log.info("heard enough")
+  source: {plugin: source, process: far, parameters: {rate_hz: 100.0}}
+  slow: {plugin: "echoing:Slow", process: far}
+  echo: {plugin: "echoing:Echo"}
 """
 
 
 @pytest.mark.long
 def test_replay_leaves_out_messages_after_the_stop(start):
-    run = start(ENDS_LATER, "--record", "rec", files={"plugins/pair.py": PAIR})
-    run.wait_for("heard enough")
+    run = start(ENDS_LATER, "--record", "rec")
+    run.wait_for("received enough")
     assert run.end() == 130
     outcome = replay(run.folder / "rec", run.folder / "run.yaml", nodes="echo", time_tolerance_s=60.0)
     assert outcome.same, outcome.render()
@@ -199,8 +176,8 @@ def test_replay_leaves_out_messages_after_the_stop(start):
 
 @pytest.mark.long
 def test_killed_process_leaves_incomplete_file_restart_another(start, capsys):
-    run = start(TOLD, "-v", "--record", "rec")
-    run.wait_for("heard enough")
+    run = start(COUNTED, "-v", "--record", "rec")
+    run.wait_for("received enough")
     run.kill("far")
     run.wait_for("begins anew")
     run.wait_for("is started", times=2)
@@ -218,7 +195,7 @@ def test_killed_process_leaves_incomplete_file_restart_another(start, capsys):
         numbers = payloads(bag, "numbers")
         assert bag.messages == told["recorded"]
         lines = [(entry.channel.plain(entry.payload)["name"], number) for number, entry in bag.numbered(["rosout"])]
-        assert [number for name, number in lines if name == "/teller"] == [1, 2]
+        assert [number for name, number in lines if name == "/source"] == [1, 2]
     second = numbers.index(1, 1)
     assert numbers[:second] == list(range(1, second + 1))
     assert numbers[second:] == list(range(1, len(numbers) - second + 1))
@@ -233,8 +210,8 @@ def test_killed_process_leaves_incomplete_file_restart_another(start, capsys):
 
 @pytest.mark.long
 def test_killed_main_process_leaves_readable_files(start, have_ended):
-    run = start(TOLD, "-v", "--record", "rec")
-    run.wait_for("heard enough")
+    run = start(COUNTED, "-v", "--record", "rec")
+    run.wait_for("received enough")
     pids = list(run.pids().values())
     run.process.send_signal(signal.SIGKILL)
     run.end(None)
@@ -248,34 +225,18 @@ def test_killed_main_process_leaves_readable_files(start, have_ended):
 
 @pytest.mark.long
 def test_on_drop_fail_ends_run_when_process_dies(start):
-    run = start(f"{TOLD}record: {{to: rec.mcap, on_drop: fail}}\n", "-v")
-    run.wait_for("heard enough")
+    run = start(f"{COUNTED}record: {{to: rec.mcap, on_drop: fail}}\n", "-v")
+    run.wait_for("received enough")
     run.kill("far")
     assert run.end(None) == 5
     assert any("the recording rec is incomplete" in line and "SIGKILL" in line for line in run.lines)
 
 
-TARDY = """
-import os
-import threading
-
-from busflow import Node
-from busflow import timeouts
-
-timeouts.current = timeouts.Timeouts(recording_end=0.05)
-os.fsync = lambda _: threading.Event().wait(1.0)
-
-
-class Tardy(Node):
-    pass
-"""
-
-
 @pytest.mark.long
 def test_file_not_yet_on_disk_is_incomplete(start):
-    text = f"{TOLD}  tardy: {{plugin: tardy}}\n"
-    run = start(text, "--record", "rec", files={"plugins/tardy.py": TARDY})
-    run.wait_for("heard enough")
+    text = f"{COUNTED}  tardy: {{plugin: tardy}}\n"
+    run = start(text, "--record", "rec")
+    run.wait_for("received enough")
     assert run.end() == 130
     why = "its end could not be written in time"
     told = run.report()["recording"]
@@ -286,17 +247,17 @@ def test_file_not_yet_on_disk_is_incomplete(start):
     assert ends == ["warning"]
 
 
-@pytest.mark.long
-def test_a_directory_that_is_there_is_left_alone(start):
-    run = start(TOLD, "--record", "plugins.mcap")
+def test_a_directory_that_is_there_is_left_alone(start, project):
+    (project / "there").mkdir()
+    run = start(COUNTED, "--record", "there.mcap")
     assert run.end(None) == 2
-    assert any("plugins is there already" in line for line in run.lines)
+    assert any("there is there already" in line for line in run.lines), run.lines
 
 
 @pytest.mark.long
 def test_patterns_reach_all_processes_unmatched_is_logged_once(start):
-    run = start(TOLD, "--record", "rec", "--record-topics", "numbers", "--record-topics", "/nomber*")
-    run.wait_for("heard enough")
+    run = start(COUNTED, "--record", "rec", "--record-topics", "numbers", "--record-topics", "/nomber*")
+    run.wait_for("received enough")
     run.end()
     assert sum("/nomber*" in line for line in run.lines) == 1
     assert not [line for line in run.lines if "no topic numbers" in line]
@@ -308,8 +269,8 @@ FROM_OUTSIDE = """
 name: outside
 processes: {far: }
 nodes:
-  hearer: {plugin: hearer, parameters: {tell_at: 40}, subscriptions: {numbers: {depth: 100}}}
-  other: {plugin: hearer, process: far, parameters: {tell_at: 40}, subscriptions: {numbers: {depth: 100}}}
+  sink: {plugin: sink, parameters: {enough: 40}, subscriptions: {numbers: {depth: 100}}}
+  other: {plugin: sink, process: far, parameters: {enough: 40}, subscriptions: {numbers: {depth: 100}}}
 """
 
 
@@ -319,7 +280,7 @@ def test_message_from_a_terminal_is_recorded_once(start, monkeypatch):
     run.wait_for("the process far runs")
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
     assert main(["topic", "pub", "numbers", "std_msgs/msg/Int64", "{data: 7}", "--times", "40", "--rate", "20"]) == 0
-    run.wait_for("heard enough", times=2)
+    run.wait_for("received enough", times=2)
     run.end()
     with Bag(run.folder / "rec") as bag:
         assert bag.complete, bag.incomplete
@@ -327,50 +288,13 @@ def test_message_from_a_terminal_is_recorded_once(start, monkeypatch):
         assert [number for number, _ in bag.numbered(["numbers"])] == [0] * 40
 
 
-CALLS = """
-from busflow import Node, client
-from busflow.msgs.std_srvs import Trigger
-
-
-class Caller(Node):
-    told = client(Trigger, "told")
-
-    async def run(self) -> None:
-        await self.told.call(Trigger.Request())
-        self.log.info("was answered")
-"""
-
-
-@pytest.mark.long
-def test_a_call_is_recorded_where_it_is_answered(start):
-    text = TOLD.replace("hearer: {plugin: hearer, parameters: {tell_at: 60}}", "caller: {plugin: caller}")
-    run = start(text, "--record", "rec", files={"plugins/caller.py": CALLS})
-    run.wait_for("was answered")
-    run.end()
-    with Bag(run.folder / "rec") as bag:
-        events = [number for number, _ in bag.numbered(["told/_service_event"])]
-        assert bag.complete, bag.incomplete
-    assert events == [1, 1]
-
-
-@pytest.mark.long
-def test_script_records_like_the_command(start):
-    script = "import busflow\nbusflow.run('run.yaml', record='rec')\n"
-    run = start(TOLD, script="run.py", files={"run.py": script})
-    run.wait_for("heard enough")
-    run.end()
-    with Bag(run.folder / "rec") as bag:
-        assert bag.complete, bag.incomplete
-        assert len(payloads(bag, "numbers")) >= 60
-
-
 def test_messages_missed_on_a_full_disk_are_counted(project, monkeypatch):
     """No file has an end with a ledger; what the processes reported is all that is known."""
     monkeypatch.chdir(project)
-    (project / "run.yaml").write_text(f"plugins: [plugins]\n{TOLD}")
+    (project / "run.yaml").write_text(f"plugins: [{NODES}]\n{COUNTED}")
     description = load(project / "run.yaml")
     graph = Graph([description])
-    recording = JointRecording(RecordSpec("rec"), placed(description), graph.plan(), graph.log.bind("x"), run="told")
+    recording = JointRecording(RecordSpec("rec"), placed(description), graph.plan(), graph.log.bind("x"), run="counted")
     recording.begin()
     recording.finish(graph.report(), [{"path": "rec/far.mcap", "missed": 7, "why": "the disk is full"}])
     assert (recording.outcome.missed, recording.outcome.complete) == (7, False)

@@ -12,42 +12,28 @@ from pathlib import Path
 import pytest
 
 import busflow
+from busflow.recording.bag.bag import Bag
 from busflow.runner.garbage import is_frozen
+from tests.processes.conftest import NODES
 
 PATIENCE_S = 30.0
 """How long a thread that is ending may take, on however slow a machine."""
 
-PLUGIN = """
-from pathlib import Path
-
-from busflow import Node, publisher, subscription
-from busflow.msgs.std_msgs import Int64
-
-
-class Counter(Node):
-    numbers = publisher(Int64, "numbers")
-
-    async def run(self) -> None:
-        marker = Path(__file__).with_suffix(f".{self.name}")
-        if not marker.exists():
-            marker.touch()
-            raise RuntimeError("fails once, and is restarted")
-        self.numbers.publish(Int64(data=1))
-"""
-FILE = """
-plugins: [.]
-shutdown: {grace: 20s}
-env: {ROBOT: left-handed}
-processes: {far: {restart: never}}
+FILE = f"""
+plugins: [{NODES}]
+shutdown: {{grace: 20s}}
+env: {{ROBOT: left-handed}}
+processes: {{far: {{restart: never}}}}
 nodes:
-  here: {plugin: counter, restart: {policy: on-failure, backoff: [1ms, 1ms]}}
-  there: {plugin: counter, process: far, restart: {policy: on-failure, backoff: [1ms, 1ms]}}
+  here: {{plugin: fails_once, restart: {{policy: on-failure, backoff: [1ms, 1ms]}}}}
+  there: {{plugin: fails_once, process: far, restart: {{policy: on-failure, backoff: [1ms, 1ms]}}}}
 """
 
 
 @pytest.fixture
-def robot(tmp_path):
-    (tmp_path / "counter.py").write_text(PLUGIN)
+def robot(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "marks").mkdir()
     file = tmp_path / "robot.yaml"
     file.write_text(FILE)
     return file
@@ -114,6 +100,8 @@ def test_run_restores_the_process(robot, event_loop, tmp_path_factory, capfd):
     options = {"event_loop": event_loop, "record": to / "second"}
     assert restarts_in_a_run_that_restores_the_process(capfd, robot, **options) == 0
     assert descriptors() == files
+    with Bag(options["record"]) as bag:
+        assert (bag.complete, [each.facts.process for each in bag.series]) == (True, ["main", "far"])
 
 
 def restarts_in_a_run_that_restores_the_process(capfd, robot, **options):

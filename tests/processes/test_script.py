@@ -1,7 +1,9 @@
 """`busflow.run()` of a launch file with several processes is `busflow run`; what it cannot do it refuses."""
 
 import asyncio
+import json
 import os
+import re
 import signal
 
 import pytest
@@ -10,25 +12,8 @@ import busflow
 from busflow import LaunchError, Node
 from busflow.cli import main
 from busflow.launchfile.load.load import load
+from tests.processes.conftest import NODES
 
-SCRIPT = """
-import sys
-
-import busflow
-from busflow import Node, subscription
-from busflow.msgs.std_msgs import Int64
-
-
-class Beside(Node):
-    @subscription("numbers")
-    def hear(self, number: Int64) -> None:
-        if number.data == 20:
-            self.log.info("beside heard 20")
-
-
-if __name__ == "__main__":
-    sys.exit(busflow.run("run.yaml", Beside, args={"rate_hz": 200.0}, OPTIONS))
-"""
 FILE = """
 args:
   rate_hz: {type: float, default: 0.0}
@@ -36,34 +21,23 @@ env: {ROBOT: left-handed}
 processes:
   far: {restart: on-failure}
 nodes:
-  teller: {plugin: teller, process: far, parameters: {rate_hz: "${args.rate_hz}"}}
-  where: {plugin: where, process: far}
-  where_here: {plugin: where}
+  source: {plugin: source, process: far, parameters: {rate_hz: "${args.rate_hz}"}}
+  where: {plugin: "places:Place", process: far}
+  where_here: {plugin: "places:Place"}
 """
-WHERE = """
-import os
-
-from busflow import Node
-
-
-class Where(Node):
-    async def start(self) -> None:
-        self.log.info(f"{self.name} in {os.getpid()} with {os.environ['ROBOT']}")
-"""
+ROBOT = str(NODES / "robot.py")
 
 
 def pids_of(run):
-    lines = [line for line in run.lines if " with left-handed" in line]
-    return {line.split(" in ")[0].split()[-1]: int(line.split(" in ")[1].split()[0]) for line in lines}
+    run.wait_for("place", "left-handed", times=2)
+    return dict(re.findall(r"/(where\w*): place pid=(\d+)", "".join(run.lines)))
 
 
-@pytest.mark.parametrize("options", ["", pytest.param("one_process=True", marks=pytest.mark.long)])
+@pytest.mark.parametrize("options", [{}, pytest.param({"one_process": True}, marks=pytest.mark.long)])
 def test_script_starts_the_processes_of_its_file(start, options, have_ended):
-    files = {"robot.py": SCRIPT.replace("OPTIONS", options), "plugins/where.py": WHERE}
-    run = start(FILE, files=files, script="robot.py")
-    run.wait_for("beside heard 20")
-    run.wait_for("with left-handed", times=2)
-    here, far = (pids_of(run)[name] for name in ("where_here", "where"))
+    run = start(FILE, json.dumps({"args": {"rate_hz": 200.0}} | options), script=ROBOT)
+    run.wait_for("beside received 20")
+    here, far = (int(pids_of(run)[name]) for name in ("where_here", "where"))
     assert here == run.process.pid
     assert (far == here) is bool(options)
     assert run.end() == 130
@@ -72,10 +46,8 @@ def test_script_starts_the_processes_of_its_file(start, options, have_ended):
 
 @pytest.mark.long
 def test_final_process_failure_in_script_is_printed(start):
-    files = {"robot.py": SCRIPT.replace("OPTIONS", ""), "plugins/where.py": WHERE}
-    run = start(FILE.replace("on-failure", "never"), files=files, script="robot.py")
-    run.wait_for("with left-handed", times=2)
-    os.kill(pids_of(run)["where"], signal.SIGKILL)
+    run = start(FILE.replace("on-failure", "never"), "{}", script=ROBOT)
+    os.kill(int(pids_of(run)["where"]), signal.SIGKILL)
     assert run.end(None) == 1
     assert "error: the process far was ended by SIGKILL\n" in run.lines
 
@@ -120,30 +92,17 @@ def test_launch_runs_all_nodes_in_the_program(robot, capsys):
 FOLLOWS = """
 clock: {mode: follow}
 nodes:
-  ticker: {plugin: ticker}
-"""
-TICKER = """
-from busflow import Node, timer
-
-
-class Ticker(Node):
-    async def start(self) -> None:
-        self.log.info("ready")
-
-    @timer(1)
-    def tick(self) -> None:
-        self.log.info(f"it is {self.clock.now().sec}")
+  ticker: {plugin: "places:Ticker"}
 """
 
 
 def test_a_script_follows_the_clock_of_another_program(start, monkeypatch, capsys):
-    files = {"robot.py": 'import busflow\n\nbusflow.run("run.yaml")\n', "plugins/ticker.py": TICKER}
-    run = start(FOLLOWS, files=files, script="robot.py")
+    run = start(FOLLOWS, "{}", script=ROBOT)
     run.wait_for("ready")
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
     told = ["topic", "pub", "--once", "clock", "rosgraph_msgs/msg/Clock"]  # which waits for whoever receives it
     for second in (1000, 1001):
         assert main([*told, f"{{clock: {{sec: {second}}}}}"]) == 0
-    run.wait_for("it is 1001")
+    run.wait_for("tick second=1001")
     assert main(["ps"]) == 0
     assert "1970-01-01" not in capsys.readouterr().out

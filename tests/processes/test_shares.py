@@ -5,14 +5,15 @@ from busflow.launchfile.model.description import RecordSpec
 from busflow.launchfile.model.placement import placed
 from busflow.processes.shares import Shares, unlike
 from busflow.runner.graph import Graph
+from tests.processes.conftest import NODES
 
 TEXT = """
-plugins: [plugins]
+plugins: [NODES]
 processes: {far: {}, arm: {}}
 nodes:
-  teller: {plugin: teller, process: far}
-  one: {plugin: hearer, process: arm}
-  two: {plugin: hearer, process: arm}
+  source: {plugin: source, process: far}
+  one: {plugin: sink, process: arm}
+  two: {plugin: sink, process: arm}
 """
 
 
@@ -22,11 +23,11 @@ def test_names_that_are_taken_become_longer():
 
 
 def test_each_process_records_its_own_share(project):
-    (project / "run.yaml").write_text(TEXT)
+    (project / "run.yaml").write_text(TEXT.replace("NODES", str(NODES)))
     description = load(project / "run.yaml")
     shares = Shares(RecordSpec("run.mcap"), placed(description), Graph([description]).plan())
     assert shares.processes == ("main", "far", "arm")
     assert shares.stems == {"main": "main", "far": "far", "arm": "arm"}
     share = shares.of("far", project / "far.mcap")
-    assert share.nodes == {"/teller", "/one", "/two"}
+    assert share.nodes == {"/source", "/one", "/two"}
     assert share.outside == {"/numbers": "arm"}

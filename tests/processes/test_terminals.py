@@ -1,7 +1,6 @@
 """What other terminals are told of a run is of all its processes."""
 
 import json
-import os
 import subprocess
 import sys
 
@@ -14,10 +13,10 @@ processes:
   left:
   right:
 nodes:
-  one: {plugin: teller, process: left, parameters: {rate_hz: 50.0}}
-  two: {plugin: teller, process: right, parameters: {rate_hz: 25.0}, remap: {told: told_two}}
-  hearer: {plugin: hearer, parameters: {tell_at: 30}}
-  far_hearer: {plugin: hearer, process: right, parameters: {tell_at: 30}}
+  one: {plugin: source, process: left, parameters: {rate_hz: 50.0}}
+  two: {plugin: source, process: right, parameters: {rate_hz: 25.0}, remap: {count: count_two}}
+  sink: {plugin: sink, parameters: {enough: 30}}
+  far_sink: {plugin: sink, process: right, parameters: {enough: 30}}
 """
 
 
@@ -25,20 +24,18 @@ nodes:
 def run(start_for_all):
     """A run of two processes that both publish and receive a topic."""
     run = start_for_all(TWO_PUBLISHERS)
-    run.wait_for("heard enough", times=2)
+    run.wait_for("received enough", times=2)
     return run
 
 
 @pytest.fixture(scope="module")
 def busflow(run):
     """A command beside that run."""
-    environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(run.runtime)}
 
     def busflow(*arguments):
-        command = [sys.executable, "-m", "busflow", *arguments]
-        done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, check=True)
-        whole = done.stdout.startswith("{\n")  # what does not go on is one object, written for people
-        return [json.loads(each) for each in ([done.stdout] if whole else done.stdout.splitlines())]
+        printed = run.busflow(*arguments)
+        whole = printed.startswith("{\n")  # what does not go on is one object, written for people
+        return [json.loads(each) for each in ([printed] if whole else printed.splitlines())]
 
     return busflow
 
@@ -46,12 +43,12 @@ def busflow(run):
 @pytest.mark.long
 def test_calls_are_echoed_from_the_servers_process(run, busflow, monkeypatch):
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
-    command = [sys.executable, "-m", "busflow", "service", "echo", "told_two", "-n", "2", "--json"]
+    command = [sys.executable, "-m", "busflow", "service", "echo", "count_two", "-n", "2", "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as echo, join() as peer:
-        while not (topic := peer.graph().topics.get("/told_two/_service_event")) or not topic.publishers:
+        while not (topic := peer.graph().topics.get("/count_two/_service_event")) or not topic.publishers:
             assert echo.poll() is None
         assert len(topic.publishers) == 1
-        (called,) = busflow("service", "call", "told_two", "std_srvs/srv/Trigger", "--json")
+        (called,) = busflow("service", "call", "count_two", "std_srvs/srv/Trigger", "--json")
         out, _ = echo.communicate(timeout=60)
     request, response = (json.loads(line)["message"] for line in out.splitlines())
     assert [each["info"]["event_type"] for each in (request, response)] == ["REQUEST_RECEIVED", "RESPONSE_SENT"]
@@ -72,7 +69,7 @@ def test_topic_is_measured_in_every_publishing_process(busflow, verb, rate):
     assert 0 < told[rate] / per_message < 110, (
         "75 where nothing holds them up: each once, though both processes have it"
     )
-    assert {flow["node"] for flow in told["subscriptions"]} == {"/hearer", "/far_hearer"}
+    assert {flow["node"] for flow in told["subscriptions"]} == {"/sink", "/far_sink"}
 
 
 def test_ps_lists_the_run_with_its_processes(busflow):
@@ -95,7 +92,7 @@ def test_topic_counts_each_message_once(busflow):
     ):  # the processes count on while they are asked one after the other, which is less and less of all
         (topic,) = busflow("topic", "stats", "numbers", "--json")[0]["topics"]
         counts = {line["node"]: line["published"] for line in topic["subscriptions"]}
-        assert counts.keys() == {"/hearer", "/far_hearer"}
+        assert counts.keys() == {"/sink", "/far_sink"}
         if topic["published"] == pytest.approx(max(counts.values()), rel=0.2):
             return
     pytest.fail(f"{topic['published']} published, of which {counts} are counted for those who hear them")

@@ -12,41 +12,10 @@ from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import LogRecord
 from busflow.programs import attach_programs
 from busflow.runner.graph import Graph
-from tests.processes.conftest import Run, starting
+from tests.processes.conftest import NODES, Run, starting
 
 PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
-PLUGINS = {
-    "quick": """
-from busflow import Node
-
-
-class Quick(Node):
-    async def start(self) -> None:
-        self.log.info("node starts")
-
-    async def stop(self) -> None:
-        self.log.info("node stops")
-""",
-    "watcher": """
-import os
-import select
-
-from busflow import Node
-
-
-class Watcher(Node):
-    async def stop(self) -> None:
-        self.log.info(await self.run_sync(self.look))
-
-    def look(self) -> str:
-        with open("driver.pid") as file:
-            program = os.pidfd_open(int(file.read()))
-        ended, _, _ = select.select([program], [], [], 0.3)
-        os.close(program)
-        return "the driver has gone" if ended else "the driver is still there"
-""",
-}
 
 
 class Log:
@@ -78,7 +47,7 @@ class Launched:
     """A graph with programs, once it has run."""
 
     def __init__(self, text: str, folder: Path) -> None:
-        (folder / "run.yaml").write_text(text)
+        (folder / "run.yaml").write_text(f"plugins: [{NODES}]\n{text}")
         description = load(folder / "run.yaml")
         self.log = Log()
         self.graph = Graph([description], sinks=(self.log.write,))
@@ -94,8 +63,6 @@ class Launched:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     (tmp_path / "plugins").mkdir()
-    for name, code in PLUGINS.items():
-        (tmp_path / f"plugins/{name}.py").write_text(code)
     return tmp_path
 
 

@@ -216,39 +216,33 @@ def test_signal_to_keeper_stops_program(keep):
     assert kept.said() == {"code": -signal.SIGINT, "killed": False}
 
 
-def test_program_that_ignores_interrupt_gets_sigterm(keep):
-    kept = keep("sh", "-c", "trap '' INT; echo on; exec sleep 600", grace_s=0.3)
+@pytest.mark.parametrize(("ignored", "end"), [("INT", signal.SIGTERM), ("INT TERM", signal.SIGKILL)])
+def test_program_that_ignores_signals_gets_the_next(keep, ignored, end):
+    kept = keep("sh", "-c", f"trap '' {ignored}; echo on; exec sleep 600", grace_s=0.3)
     kept.said()
     assert kept.printed() == "on"
     kept.stop()
-    assert kept.said() == {"code": -signal.SIGTERM, "killed": False}
+    assert kept.said() == {"code": -end, "killed": end == signal.SIGKILL}
 
 
-def test_program_that_ignores_all_is_killed(keep):
-    kept = keep("sh", "-c", "trap '' INT TERM; echo on; exec sleep 600", grace_s=0.3)
-    kept.said()
-    assert kept.printed() == "on"
-    kept.stop()
-    assert kept.said() == {"code": -signal.SIGKILL, "killed": True}
-
-
-def test_child_in_program_group_is_interrupted(keep):
-    kept = keep("sh", "-c", "sh -c 'echo $$; exec sleep 600'; true")
+@pytest.mark.parametrize(
+    "command",
+    [
+        "sh -c 'echo $$; exec sleep 600'; true",
+        pytest.param(
+            "setsid sh -c 'echo $$; exec sleep 600' & exec sleep 600",
+            marks=pytest.mark.skipif(sys.platform != "linux", reason="only Linux has subreapers"),
+        ),
+    ],
+    ids=["in its group", "in a session of its own"],
+)
+def test_child_of_program_is_ended(keep, command):
+    kept = keep("sh", "-c", command, grace_s=0.3)
     kept.said()
     with watched(int(kept.printed())) as child:
         kept.stop()
         assert ends(child)
     assert kept.said()["killed"] is False
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has subreapers")
-def test_child_in_other_session_is_ended(keep):
-    kept = keep("sh", "-c", "setsid sh -c 'echo $$; exec sleep 600' & exec sleep 600", grace_s=0.3)
-    kept.said()
-    with watched(int(kept.printed())) as child:
-        kept.stop()
-        assert ends(child)
-    assert kept.said() == {"code": -signal.SIGINT, "killed": False}
 
 
 def test_what_program_leaves_behind_is_stopped(keep):

@@ -16,7 +16,7 @@ from tests.programs.conftest import Launched
 FAST = "restart: {policy: on-failure, backoff: [10ms, 10ms], max: 2}"
 
 
-QUICK = "plugins: [plugins]\nnodes: {quick: {plugin: quick}}\n"
+QUICK = "nodes: {quick: {plugin: 'quick:Quick'}}\n"
 
 
 def shell(text):
@@ -32,20 +32,22 @@ def test_run_ends_with_its_last_program(launched):
     assert (account.state, account.exit_codes, account.fates, account.lines) == ("ended", (0,), (), 2)
 
 
-def test_failure_ends_run_and_is_named(launched):
-    with pytest.raises(ProgramFailed, match="the program /driver ended with exit code 3"):
-        launched(f"programs: {{driver: {{{shell('exit 3')}}}, other: {{command: [sleep, 600]}}}}")
-
-
-def test_signal_that_ends_program_is_named(launched):
-    with pytest.raises(ProgramFailed, match="the program /driver was ended by SIGSEGV"):
-        launched(f"programs: {{driver: {{{shell('kill -SEGV $$')}}}}}")
+@pytest.mark.parametrize(
+    ("command", "value"),
+    [
+        ("exit 3", "3"),
+        ("kill -SEGV $$", "SIGSEGV"),
+    ],
+)
+def test_failure_ends_run_and_is_named(launched, command, value):
+    with pytest.raises(ProgramFailed, match=f"/driver .*{value}"):
+        launched(f"programs: {{driver: {{{shell(command)}}}, other: {{command: [sleep, 600]}}}}")
 
 
 def test_program_that_cannot_be_executed_fails(launched, project):
     (project / "driver").write_text("not a program\n")
     (project / "driver").chmod(0o755)
-    with pytest.raises(ProgramFailed, match="the program /driver cannot be started: Exec format error"):
+    with pytest.raises(ProgramFailed, match=f"/driver .*{os.strerror(errno.ENOEXEC)}"):
         launched("programs: {driver: {command: [./driver]}}")
 
 
@@ -54,7 +56,7 @@ def test_keeper_that_cannot_start_fails_program(launched, monkeypatch):
         raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
 
     monkeypatch.setattr(program, "Child", fail)
-    with pytest.raises(ProgramFailed, match="the program /driver cannot be started: Resource temporarily unavailable"):
+    with pytest.raises(ProgramFailed, match=r"/driver .*Resource temporarily unavailable"):
         launched("programs: {driver: {command: ['true']}}")
 
 
@@ -69,7 +71,7 @@ def test_failed_program_is_restarted(launched):
 
 
 def test_restarts_have_a_limit(launched):
-    with pytest.raises(ProgramFailed, match="exit code 4"):
+    with pytest.raises(ProgramFailed, match=r"/driver .*4"):
         launched(f"programs: {{driver: {{{FAST}, {shell('echo again; exit 4')}}}}}")
 
 
@@ -104,8 +106,7 @@ def test_node_waits_until_program_is_ready(launched):
         await run.log.wait_for("node starts")
 
     text = f"""
-plugins: [plugins]
-nodes: {{quick: {{plugin: quick, depends_on: {{driver: ready}}}}}}
+nodes: {{quick: {{plugin: "quick:Quick", depends_on: {{driver: ready}}}}}}
 programs: {{driver: {{ready: go on, {shell("echo wait; echo go on now; exec sleep 600")}}}}}
 """
     lines = launched(text, act).log.texts("/driver", "/quick")
@@ -118,8 +119,7 @@ def test_program_stops_after_node_that_needs_it(launched, project, monkeypatch):
 
     monkeypatch.chdir(project)
     text = f"""
-plugins: [plugins]
-nodes: {{watcher: {{plugin: watcher, depends_on: {{driver: ready}}}}}}
+nodes: {{watcher: {{plugin: "quick:Watcher", depends_on: {{driver: ready}}}}}}
 programs: {{driver: {{ready: ready, {shell("echo $$ > driver.pid; echo ready; exec sleep 600")}}}}}
 """
     run = launched(text, act)
@@ -146,8 +146,7 @@ def test_programs_wait_for_nodes_and_each_other(launched):
         await run.log.wait_for("last")
 
     text = f"""
-plugins: [plugins]
-nodes: {{quick: {{plugin: quick}}}}
+nodes: {{quick: {{plugin: "quick:Quick"}}}}
 programs:
   last: {{depends_on: {{driver: ready}}, {shell("echo last; exec sleep 600")}}}
   driver: {{depends_on: {{quick: ready}}, ready: first, {shell("echo first; exec sleep 600")}}}
@@ -191,22 +190,13 @@ programs:
   last: {{depends_on: {{driver: ready}}, {shell("echo last")}}}
   driver: {{ready: never said, {shell("exit 0")}}}
 """
-    with pytest.raises(ProgramFailed, match="/last is not started: /driver has ended before it was ready"):
+    with pytest.raises(ProgramFailed, match=r"/last .*/driver"):
         launched(text)
 
 
 def test_failed_start_of_graph_stops_programs(launched, project):
-    (project / "plugins/quick.py").write_text("""
-from busflow import Node
-
-
-class Quick(Node):
-    async def start(self) -> None:
-        raise RuntimeError("no camera")
-""")
     text = f"""
-plugins: [plugins]
-nodes: {{quick: {{plugin: quick, depends_on: {{driver: ready}}}}}}
+nodes: {{quick: {{plugin: "quick:FailsToStart", depends_on: {{driver: ready}}}}}}
 programs: {{driver: {{ready: on, {shell("echo $$; echo $$ > pid; echo on; exec sleep 600")}}}}}
 """
     with pytest.raises(NodeFailed, match="no camera"):
@@ -216,11 +206,10 @@ programs: {{driver: {{ready: on, {shell("echo $$; echo $$ > pid; echo on; exec s
 
 def test_node_of_program_that_ended_early_fails(launched):
     text = f"""
-plugins: [plugins]
-nodes: {{quick: {{plugin: quick, depends_on: {{driver: ready}}}}}}
+nodes: {{quick: {{plugin: "quick:Quick", depends_on: {{driver: ready}}}}}}
 programs: {{driver: {{ready: never said, {shell("exit 0")}}}}}
 """
-    with pytest.raises(NodeFailed, match="/driver has ended before it was ready") as caught:
+    with pytest.raises(NodeFailed, match="/driver") as caught:
         launched(text)
     assert isinstance(caught.value.__cause__, DependencyEnded)
 
@@ -230,7 +219,7 @@ def test_stubborn_program_is_killed_and_named(launched):
         await run.log.wait_for("on")
 
     loop = shell("trap true INT TERM; echo on; while true; do sleep 0.01; done")
-    with pytest.raises(ProgramFailed, match=r"/driver did not end within 0\.1 s, and was killed"):
+    with pytest.raises(ProgramFailed, match=r"/driver .*0\.1 s"):
         launched(f"programs: {{driver: {{grace: 50ms, {loop}}}}}", act)
 
 
@@ -245,6 +234,6 @@ def test_killed_keeper_is_failure_of_whole_program(launched):
         await run.graph.wait()
 
     text = "sh -c 'echo child $$; exec sleep 600' & exec sleep 600"
-    with pytest.raises(ProgramFailed, match="/driver was killed, since its keeper has ended"):
+    with pytest.raises(ProgramFailed, match=r"/driver .*keeper"):
         launched(f"programs: {{driver: {{{shell(text)}}}}}", act)
     assert ended(children, PATIENCE_S)

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from busflow.cli import main
-from tests.processes.conftest import ended
+from tests.processes.conftest import NODES, ended
 
 pytestmark = pytest.mark.e2e
 PATIENCE_S = 60.0
@@ -109,11 +109,13 @@ def test_other_terminals_see_programs(capsys):
 
 def test_simulated_run_starts_no_program(project, monkeypatch, capsys):
     monkeypatch.chdir(project)
-    (project / "run.yaml").write_text("""
-plugins: [plugins]
-nodes: {quick: {plugin: quick, depends_on: {driver: started}}}
+    (project / "run.yaml").write_text(
+        f"plugins: [{NODES}]"
+        """
+nodes: {quick: {plugin: "quick:Quick", depends_on: {driver: started}}}
 programs: {driver: {command: [no-such-command]}}
-""")
+"""
+    )
     assert main(["run", "run.yaml", "--sim", "--for", "1s"]) == 0
     out, err = capsys.readouterr()
     assert "on simulated time no program is started: /driver" in err
@@ -124,7 +126,7 @@ programs: {driver: {command: [no-such-command]}}
 def test_simulator_may_be_a_program_of_run(start):
     run = start(f"""
 clock: {{mode: follow}}
-nodes: {{quick: {{plugin: quick}}}}
+nodes: {{quick: {{plugin: "quick:Quick"}}}}
 programs:
   simulator:
     command: [{sys.executable}, -m, busflow, topic, pub, /clock, rosgraph_msgs/msg/Clock, "clock: {{sec: 7}}"]
@@ -138,7 +140,7 @@ programs:
 def test_programs_run_beside_worker_processes(start):
     run = start("""
 processes: {left: {}}
-nodes: {quick: {plugin: quick, process: left}}
+nodes: {quick: {plugin: "quick:Quick", process: left}}
 programs: {driver: {command: [sh, -c, "echo on; exec sleep 600"]}}
 """)
     run.wait_for("node starts")

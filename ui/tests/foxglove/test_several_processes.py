@@ -13,15 +13,15 @@ from typing import Any
 import pytest
 from websockets.sync.client import connect
 
-from tests.processes.conftest import furnished, starting
-from tests.processes.test_publishing import LISTENER, THREE
+from tests.processes.conftest import starting
+from tests.processes.test_publishing import THREE
 
 
 @pytest.fixture
 def run(tmp_path: Path) -> Iterator[Any]:
     """Three processes that receive a topic; one of them has no time for it but every 0.1 s."""
-    with starting(furnished(tmp_path)) as start:
-        run = start(THREE, "--watchdog", "off", files={"plugins/listener.py": LISTENER})
+    with starting(tmp_path) as start:
+        run = start(THREE, "--watchdog", "off")
         run.wait_for("listens", times=3)
         yield run
 
@@ -45,4 +45,4 @@ def test_published_message_reaches_every_process(run: Any, url: str):
             channel = {"id": 1, "topic": "/numbers", "encoding": "json", "schemaName": "std_msgs/msg/Int64"}
             viewer.send(json.dumps({"op": "advertise", "channels": [channel]}))
             viewer.send(struct.pack("<BI", 1, 1) + json.dumps({"data": number}).encode())
-            run.wait_for("heard", f'"number": {number}', times=3)
+            run.wait_for("received", f'"number": {number}', times=3)
