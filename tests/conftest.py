@@ -8,8 +8,8 @@ import shutil
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Generator, Iterator
-from contextlib import asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Callable, Generator, Iterator
+from contextlib import ExitStack, asynccontextmanager, suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -283,6 +283,26 @@ class Looked:
     async def ask(self, act: Callable[..., Any], *arguments: Any, **words: Any) -> Any:
         """Have the peer do something, while the graph's loop goes on."""
         return await asyncio.to_thread(act, *arguments, **words)
+
+    async def publish(self, topic: str, *values: Any, type_name: str = "std_msgs/msg/Int64", **words: Any) -> None:
+        """Have the peer advertise a topic, publish these values, and leave; a number is the `data` of a message."""
+        type_ = await self.ask(self.peer.type, type_name)
+
+        def act() -> None:
+            with self.peer.advertise(topic, type_, **words) as speaker:
+                for value in values:
+                    speaker.publish({"data": value} if isinstance(value, int) else value)
+
+        await self.ask(act)
+
+    @asynccontextmanager
+    async def listening(self, topic: str) -> AsyncIterator[Callable[[], Any]]:
+        """A function to await the next message that the peer receives, once the graph knows that it listens."""
+        view = (await self.ask(self.peer.graph)).topic(topic)
+        with ExitStack() as ending:
+            listener = await self.ask(ending.enter_context, self.peer.listen(view))
+            await self.ask(self.peer.settle)
+            yield lambda: self.ask(listener.get, LOOK_S)
 
     async def until(self, condition: Callable[[], Any]) -> Any:
         """Wait until something is so, which the loop has to come round to."""

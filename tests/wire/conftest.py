@@ -8,7 +8,6 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from textwrap import dedent
 
 import pytest
 
@@ -17,29 +16,19 @@ from busflow.timeouts import VARIABLE
 PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
-_PRELUDE = """
-import asyncio, os, sys, threading
-import numpy as np
-import busflow
-from busflow import *
-from busflow.msgs.sensor_msgs import Image, Imu
-from busflow.msgs.std_msgs import Float64, Int64, String
-"""
+NODES = Path(__file__).parents[1] / "nodes"
 
 
 class Robot:
-    """A run in a process of its own, made of node classes whose source a test gives."""
+    """A run in a process of its own, with all nodes of a file."""
 
-    def __init__(self, source: str, name: str = "robot") -> None:
-        """Start it; its nodes are the classes of the source, and its log is on `lines()`."""
-        nodes = "[each for each in list(vars().values()) if isinstance(each, type) and issubclass(each, Node)]"
-        script = f"{_PRELUDE}\n{dedent(source)}\nnodes = {nodes}\nnodes.remove(Node)\n"
-        script += f"sys.exit(busflow.run(*nodes, inspect={name!r}))\n"
+    def __init__(self, file: str, name: str = "robot") -> None:
+        """Start it; its log is read by `wait_for`."""
         self.name = name
         limits = f"{os.environ[VARIABLE]},grace=inf,last_messages=inf,overtaken=0.5"  # on however slow a machine
         self.process = subprocess.Popen(
-            [sys.executable, "-c", script],
-            env={**os.environ, VARIABLE: limits},
+            [sys.executable, NODES / "run_nodes.py", NODES / file, name],
+            env={**os.environ, VARIABLE: limits, "PYTHONPATH": str(NODES.parents[1])},
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
@@ -81,8 +70,8 @@ def robots() -> Iterator[Callable[..., Robot]]:
     """Starts runs, which end with the test."""
     started: list[Robot] = []
 
-    def start(source: str, name: str = "robot") -> Robot:
-        started.append(Robot(source, name))
+    def start(file: str, name: str = "robot") -> Robot:
+        started.append(Robot(file, name))
         return started[-1]
 
     yield start

@@ -101,9 +101,9 @@ def test_a_token_with_invalid_qos_shows_the_default():
 
 def test_an_unknown_name_suggests_the_nearest_visible_one():
     found = view([end(TokenKind.PUBLISHER, "talker", "/chatter"), end(TokenKind.PUBLISHER, "_cli", "/_chatte")], [])
-    with pytest.raises(NoSuchTarget, match="there is no topic /chatte; did you mean '/chatter'"):
+    with pytest.raises(NoSuchTarget, match=r"/chatte;.*'/chatter'"):
         found.topic("chatte")
-    with pytest.raises(NoSuchTarget, match=r"there is no node /\\x1b; known: /talker"):
+    with pytest.raises(NoSuchTarget, match=r"/\\x1b;.* /talker"):
         found.node("\x1b")
 
 

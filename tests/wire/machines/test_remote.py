@@ -58,18 +58,18 @@ def test_unencrypted_addresses_need_no_certificate(joined: Callable[..., RemoteR
 
 
 def test_an_unknown_identity_gets_the_nearest_one(joined: Callable[..., RemoteRun]):
-    with pytest.raises(NoSuchRun, match="admits no one called 'viewr'; did you mean 'viewer'"):
+    with pytest.raises(NoSuchRun, match=r"'viewr'.*'viewer'"):
         joined("viewr")
 
 
 def test_a_file_without_network_is_local(joined: Callable[..., RemoteRun]):
-    with pytest.raises(NoSuchRun, match="has no network section"):
+    with pytest.raises(NoSuchRun, match=r"robot.yaml"):
         joined("viewer", "nodes: {camera: {plugin: camera}}\n")
 
 
 def test_a_file_without_address_is_refused(joined: Callable[..., RemoteRun]):
     text = NETWORK.replace("connect: tls/127.0.0.1:7447", "listen: tls/0.0.0.0:7447")
-    with pytest.raises(NoSuchRun, match="add connect to one of them"):
+    with pytest.raises(NoSuchRun, match="connect"):
         joined("viewer", text)
 
 
@@ -89,7 +89,7 @@ def test_an_unreachable_run_says_why(joined: Callable[..., RemoteRun]):
         unused.bind(("127.0.0.1", 0))
         port = unused.getsockname()[1]
         run = joined("viewer", NETWORK.replace("7447", str(port)))
-        with pytest.raises(InspectionUnavailable, match=f"arm: nothing listens at tls/127.0.0.1:{port}"):
+        with pytest.raises(InspectionUnavailable, match=f"arm: .*tls/127.0.0.1:{port}"):
             run.open(0.2)
 
 

@@ -5,9 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from tests.wire.conftest import Robot
-from tests.wire.mirror.lamp import SERVER
 
 
 @pytest.fixture
 def room(robots: Callable[..., Robot]) -> Robot:
-    return robots(SERVER, "room").ready()
+    return robots("lamp.py", "room").ready()

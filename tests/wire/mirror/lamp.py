@@ -1,32 +1,8 @@
-"""A lamp in a process of its own, which answers calls, and never answers one of its services."""
+"""The account of a lamp of `tests/nodes/lamp.py` whose callers have given up."""
 
 import time
 
 PATIENCE_S = 60.0
-"""How long to wait for what must come, on however slow a machine; no measure of busflow."""
-
-SERVER = """
-import asyncio
-
-from busflow import Node, service
-from busflow.msgs.std_srvs import SetBool, Trigger
-
-
-class Lamp(Node):
-    @service(SetBool, "~/switch")
-    async def switch(self, request: SetBool.Request) -> SetBool.Response:
-        if not request.data:
-            raise ValueError("it stays on")
-        return SetBool.Response(success=True, message="it is on")
-
-    @service(Trigger, "~/never")
-    async def never(self, request: Trigger.Request) -> Trigger.Response:
-        await asyncio.Event().wait()
-        return Trigger.Response()
-
-    async def run(self) -> None:
-        self.log.info("ready")
-"""
 
 
 def two_are_withdrawn(peer):

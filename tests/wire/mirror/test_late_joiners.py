@@ -73,21 +73,6 @@ def balances(*subscriptions):
     return [line.published - line.delivered - line.dropped - line.queued for line in lines] == [0] * len(lines)
 
 
-async def test_only_the_transient_local_subscription_gets_history(outside):
-    async with outside() as (looked, others):
-        publish = await others.advertises(depth=3)
-        await publish(1, 2, 3, 4)
-        volatile = looked.graph.subscribe(Int64, "map")
-        await others.settle()
-        late = looked.graph.subscribe(Int64, "map", qos=latched(10))
-        assert await taken(late, 3) == [2, 3, 4]
-        await publish(5)
-        assert await taken(late, 1) == [5]
-        assert await taken(volatile, 1) == [5]
-        assert (late.published, volatile.published) == (4, 1)
-        assert balances(late, volatile)
-
-
 async def test_history_comes_first_and_without_duplicates(outside):
     async with outside() as (looked, others):
         publish = await others.advertises()

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from busflow import Node, ServiceFailed, ServiceGone, ServiceTimeout, ServiceUnavailable, client, launch
+from busflow import Node, ServiceGone, ServiceTimeout, ServiceUnavailable, client, launch
 from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.runner.extension import Extension
 from busflow.wire.client.client import join
@@ -48,19 +48,6 @@ def ask_from_another_process(conversation):
             mirror.close()
 
     asyncio.run(main())
-
-
-@pytest.mark.usefixtures("room")
-def test_a_node_asks_a_node_of_another_process():
-    async def conversation(hand):
-        response = await hand.switch.call(SetBool.Request(data=True))
-        assert response == SetBool.Response(success=True, message="it is on")
-        with pytest.raises(ServiceFailed, match="it stays on"):
-            await hand.switch.call(SetBool.Request(data=False))
-        with pytest.raises(ServiceTimeout):
-            await hand.never.call(Trigger.Request(), timeout=0.2)
-
-    ask_from_another_process(conversation)
 
 
 @pytest.mark.usefixtures("room")

@@ -4,47 +4,52 @@ import pytest
 
 from busflow import ServiceFailed, ServiceTimeout
 from busflow.errors import MalformedMessage, NoSuchTarget
-from busflow.wire.client.client import join
+from tests.nodes.lamp import Lamp
 from tests.wire.mirror.lamp import PATIENCE_S, two_are_withdrawn
 
+pytestmark = pytest.mark.asyncio
 
-@pytest.mark.usefixtures("room")
-def test_a_peer_asks_and_is_answered():
-    with join() as peer:
-        switch = peer.service("/lamp/switch")
+
+async def test_peer_gets_an_answer_or_the_reason_without(looked_at):
+    async with looked_at(Lamp) as looked:
+        switch = await looked.ask(looked.peer.service, "/lamp/switch")
+        never = await looked.ask(looked.peer.service, "/lamp/never")
+
+        async def call(service, values, timeout_s=PATIENCE_S):
+            return await looked.ask(looked.peer.call, service, values, timeout_s=timeout_s)
+
         assert switch.type == "std_srvs/srv/SetBool"
-        assert peer.call(switch, {"data": True}, timeout_s=PATIENCE_S) == {"success": True, "message": "it is on"}
-
-
-@pytest.mark.usefixtures("room")
-def test_peer_gets_the_reason_without_an_answer():
-    with join() as peer:
-        switch = peer.service("/lamp/switch")
+        assert await call(switch, {"data": True}) == {"success": True, "message": "it is on"}
         with pytest.raises(ServiceFailed, match="it stays on"):
-            peer.call(switch, {"data": False}, timeout_s=PATIENCE_S)
-        with pytest.raises(MalformedMessage, match="did you mean 'data'"):
-            peer.call(switch, {"dat": False}, timeout_s=PATIENCE_S)
-        with pytest.raises(ServiceTimeout, match=r"within 0\.2 s"):
-            peer.call(peer.service("/lamp/never"), {}, timeout_s=0.2)
+            await call(switch, {"data": False})
+        with pytest.raises(MalformedMessage, match="'data'"):
+            await call(switch, {"dat": False})
+        with pytest.raises(ServiceTimeout, match=r"0\.2 s"):
+            await call(never, {}, timeout_s=0.2)
         with pytest.raises(NoSuchTarget, match="/lamp/off"):
-            peer.service("/lamp/off")
+            await looked.ask(looked.peer.service, "/lamp/off")
+        key = f"0/lamp/switch/std_srvs::srv::dds_::SetBool_/{switch.hash}"
+        (reply,) = await looked.ask(lambda: [*looked.peer.session.get(key, payload=b"\x00", timeout=PATIENCE_S)])
+        assert b"MalformedMessage" in reply.err.payload.to_bytes()
+        assert (await call(switch, {"data": True}))["success"]
 
 
-@pytest.mark.usefixtures("room")
-def test_a_timed_out_request_is_withdrawn_before_handling():
-    with join() as peer:
-        never = peer.service("/lamp/never")
+async def test_a_timed_out_request_is_withdrawn_before_handling(looked_at):
+    async with looked_at(Lamp) as looked:
+        never = await looked.ask(looked.peer.service, "/lamp/never")
         for _ in range(3):
             with pytest.raises(ServiceTimeout):
-                peer.call(never, {}, timeout_s=0.2)
-        assert two_are_withdrawn(peer)
+                await looked.ask(looked.peer.call, never, {}, timeout_s=0.2)
+        assert await looked.ask(two_are_withdrawn, looked.peer)
 
 
-@pytest.mark.usefixtures("room")
-def test_a_malformed_request_is_refused_alone():
-    with join() as peer:
-        switch = peer.service("/lamp/switch")
-        key = f"0/lamp/switch/std_srvs::srv::dds_::SetBool_/{switch.hash}"
-        (reply,) = peer.session.get(key, payload=b"\x00", timeout=PATIENCE_S)
-        assert b"MalformedMessage" in reply.err.payload.to_bytes()
-        assert peer.call(switch, {"data": True}, timeout_s=PATIENCE_S)["success"]
+async def test_the_graph_of_a_run_shows_its_services(looked_at):
+    async with looked_at(Lamp) as looked:
+        services = (await looked.ask(looked.peer.graph)).services
+        assert [(name, each.type) for name, each in services.items()] == [
+            ("/lamp/get_logger_levels", "rcl_interfaces/srv/GetLoggerLevels"),
+            ("/lamp/never", "std_srvs/srv/Trigger"),
+            ("/lamp/set_logger_levels", "rcl_interfaces/srv/SetLoggerLevels"),
+            ("/lamp/switch", "std_srvs/srv/SetBool"),
+        ]
+        assert [end.node for end in services["/lamp/switch"].publishers] == ["/lamp"]

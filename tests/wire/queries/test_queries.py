@@ -47,12 +47,3 @@ async def test_the_last_message_of_volatile_topics_is_kept(looked_at):
         assert (told["depth"], told["published"], told["count"]) == (1, 3, 1)
         type_ = await looked.ask(looked.peer.type, told["type"])
         assert [(each.sequence, type_.decode(each.payload)["data"]) for each in messages] == [(3, 2)]
-
-
-async def test_messages_are_counted_between_two_queries(looked_at):
-    async with looked_at(Talker, Ear) as looked:
-        for count in (0, 4):
-            for number in range(count):
-                looked.graph.node(Talker).numbers.publish(Int64(data=number))
-            (told,) = await looked.ask(looked.peer.ask, "measure", topic="/numbers", reader="me", sizes=True)
-            assert (told["count"], told["sizes"]["total"]) == (count, count * 12)

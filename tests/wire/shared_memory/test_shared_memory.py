@@ -1,5 +1,6 @@
 """Arenas, their writers and readers, here and in another process: `place.py`, `arena.py`, `writer.py`, `reader.py`."""
 
+import errno
 import math
 import mmap
 import os
@@ -64,7 +65,7 @@ def test_overwritten_while_copied_counts_as_gone(monkeypatch):
 
 def test_arena_is_private_and_of_fixed_size():
     fd = Arenas().make(100).write(message(1), 100).fd
-    with pytest.raises(OSError, match="Bad file descriptor"):
+    with pytest.raises(OSError, match=f"Errno {errno.EBADF}"):
         os.fstat(fd)  # the kernel has it back, since nothing holds the arena
     arena = Arena(1000)
     fd = arena.write(message(1), 100).fd
@@ -98,7 +99,7 @@ def test_reader_opens_nothing_but_the_named_arena(tmp_path: Path):
 
 @pytest.mark.parametrize("size", [0, PLACE_BYTES - 1, PLACE_BYTES + 1])
 def test_bytes_that_are_no_place_are_malformed(size):
-    with pytest.raises(MalformedMessage, match="a place in shared memory has"):
+    with pytest.raises(MalformedMessage):
         MemoryPlace.decode(bytes(size))
 
 

@@ -109,7 +109,7 @@ def test_names_in_tokens_have_limited_length(field):
     names = {"namespace": "/n", "node": "n", "topic": "/t", "type": "p/msg/T"}
     names[field] += "x" * 255
     token = Token("a", 0, 1, TokenKind.PUBLISHER, hash="h", qos="q", **names)
-    with pytest.raises(MalformedMessage, match="more than 255 characters"):
+    with pytest.raises(MalformedMessage, match=" 255 "):
         Token.parse(str(token))
 
 

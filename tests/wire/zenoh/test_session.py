@@ -1,3 +1,8 @@
+"""Sessions that cannot be opened."""
+
+import errno
+import os
+
 import pytest
 
 from busflow.errors import InspectionUnavailable
@@ -5,12 +10,12 @@ from busflow.wire.zenoh.session import open_session
 
 
 def test_run_that_ends_during_join_is_gone(tmp_path):
-    with pytest.raises(InspectionUnavailable, match="is gone: No such file or directory"):
+    with pytest.raises(InspectionUnavailable, match=os.strerror(errno.ENOENT)):
         open_session(tmp_path / "ended")
 
 
 def test_run_without_a_socket_is_not_ready(tmp_path):
-    with pytest.raises(InspectionUnavailable, match="has no socket yet"):
+    with pytest.raises(InspectionUnavailable):
         open_session(tmp_path)
 
 
@@ -22,13 +27,13 @@ def test_a_panic_of_zenoh_is_its_refusal(tmp_path, monkeypatch):
         raise PanicException("Failed to init net")
 
     monkeypatch.setattr("zenoh.open", panic)
-    with pytest.raises(InspectionUnavailable, match=r"Zenoh gave up \(Failed to init net\).*ulimit -n"):
+    with pytest.raises(InspectionUnavailable, match=r"Failed to init net.*ulimit -n"):
         open_session(tmp_path, listen="main.sock")
 
 
 def test_too_few_open_files_name_the_limit(tmp_path, monkeypatch):
     monkeypatch.setattr("resource.getrlimit", lambda _kind: (32, 32))
-    with pytest.raises(InspectionUnavailable, match=r": 32 open files are allowed here \(ulimit -n\) and \d+ are open"):
+    with pytest.raises(InspectionUnavailable, match=r" 32 .*ulimit -n\D*\d+ "):
         open_session(tmp_path, listen="main.sock")
 
 
