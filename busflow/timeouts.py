@@ -134,6 +134,11 @@ class Timeouts:
     kept_messages: float = 2.0
     """Answer of publishers to a late joiner, which then gets the kept messages that have arrived by then."""
 
+    late_feedback: float = 0.2
+    """Wait after a goal's result for the next feedback before it, which takes another way between processes; by the
+    run's clock.
+    """
+
     # Commands on a run
     answer: float = 5.0
     """Answer of a run to a command."""

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.clock import NS_PER_S
 
 if TYPE_CHECKING:
@@ -14,8 +15,6 @@ if TYPE_CHECKING:
 
 DEPTH = 10
 """The default number of feedback messages that wait for the task that reads them."""
-_PATIENCE_NS = NS_PER_S // 5
-"""How long after a result the next feedback before it may come, which takes another way between processes."""
 
 
 class FeedbackQueue:
@@ -53,7 +52,8 @@ class FeedbackQueue:
         self.end()
         if count > self._come:
             self._expected = count
-            self._patience = self._clock.call_at(self._clock.monotonic_ns() + _PATIENCE_NS, self.end)
+            patience_ns = round(timeouts.current.late_feedback * NS_PER_S)
+            self._patience = self._clock.call_at(self._clock.monotonic_ns() + patience_ns, self.end)
 
     def end(self) -> None:
         """Expect no more: all has come, the time is over, or the block of the goal was left."""

@@ -25,7 +25,8 @@ class Robot:
     def __init__(self, file: str, name: str = "robot") -> None:
         """Start it; its log is read by `wait_for`."""
         self.name = name
-        limits = f"{os.environ[VARIABLE]},grace=inf,last_messages=inf,overtaken=0.5"  # on however slow a machine
+        # Its end, and the way to a new subscription, take as long as others need, on however slow a machine.
+        limits = f"{os.environ[VARIABLE]},grace=inf,last_messages=inf,held_messages=inf,overtaken=0.5"
         self.process = subprocess.Popen(
             [sys.executable, NODES / "run_nodes.py", NODES / file, name],
             env={**os.environ, VARIABLE: limits, "PYTHONPATH": str(NODES.parents[1])},

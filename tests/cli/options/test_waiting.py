@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 
 from busflow.cli import main
+from busflow.cli.options import waiting
 from busflow.cli.options.waiting import Waiting
+from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import NoSuchTarget
 from busflow.wire.client.client import join
 from busflow.wire.client.known_type import known_type
@@ -18,6 +20,14 @@ from busflow.wire.client.known_type import known_type
 Captured = pytest.CaptureFixture[str]
 
 CALL = ("service", "call", "talker/get_parameter_types", "rcl_interfaces/srv/GetParameterTypes", "{names: [rate_hz]}")
+
+
+@pytest.fixture
+def virtual(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the time of `--wait` pass only between two looks: to join a run takes as long as the machine is busy."""
+    now_ns = [0.0]
+    monkeypatch.setattr(SystemClock, "monotonic_ns", lambda _: now_ns[-1])
+    monkeypatch.setattr(waiting, "sleep", lambda seconds: now_ns.append(now_ns[-1] + seconds * NS_PER_S))
 
 
 def test_what_comes_in_time_is_found(capsys: Captured):
@@ -32,7 +42,7 @@ def test_what_comes_in_time_is_found(capsys: Captured):
     assert capsys.readouterr() == ("", "waiting: there is no topic /later\n")
 
 
-@pytest.mark.usefixtures("lab")
+@pytest.mark.usefixtures("lab", "virtual")
 @pytest.mark.parametrize(
     "command",
     [
@@ -46,8 +56,8 @@ def test_what_comes_in_time_is_found(capsys: Captured):
 def test_wait_ends_with_the_error(capsys: Captured, command: str):
     assert main(command.split()) == 4
     error = "there is no topic /imu/dta; did you mean '/imu/data'?\n"
-    waiting = f"waiting: {error}" if "--wait" in command else ""
-    assert capsys.readouterr() == ("", f"{waiting}error: {error}")
+    said = f"waiting: {error}" if "--wait" in command else ""
+    assert capsys.readouterr() == ("", f"{said}error: {error}")
 
 
 @pytest.mark.usefixtures("lab")
@@ -56,7 +66,7 @@ def test_bare_wait_takes_no_name():
     assert main(["topic", "hz", "imu/data", "-n", "1", "--every", "10ms", "--wait"]) == 0
 
 
-@pytest.mark.usefixtures("place")
+@pytest.mark.usefixtures("place", "virtual")
 def test_wait_is_also_for_the_run(capsys: Captured):
     assert main([*CALL, "--wait", "10ms"]) == 4
     said = "nothing is running; start a graph in another terminal: busflow run FILE\n"
