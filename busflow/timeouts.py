@@ -33,6 +33,8 @@ class Timeouts:
     """Wait of a thread until the loop has called its function."""
     loop_answer: float = 0.4
     """Time within which a loop that turns calls a function, also on a busy machine."""
+    unawaited: float = 0.1
+    """Wait of a task that failed for being awaited, before the log warns; by the time of the loop."""
     stuck_warning: float = 5.0
     """Call of a handler on virtual time, which stands still for it, before the log warns."""
     foreign_threads: float = 0.05

@@ -165,7 +165,11 @@ class Subscription(Recipient[M, Topic[M]]):
                 raise StopAsyncIteration
             if self._wakeup is not None:
                 raise Occupied(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
-            await self._wait()
+            try:
+                await self._wait()
+            except asyncio.CancelledError:
+                self._pause, self._reader = 0, None  # else the task stays, and with its error all that it read
+                raise
             self._pause = 0 if self._ended else self.delivered + _TURN
         return message
 

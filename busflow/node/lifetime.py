@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
+from contextvars import ContextVar
 from inspect import iscoroutine
 from typing import Any
 
@@ -72,6 +73,7 @@ class NodeLifetime:
 
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         set_activity(None)  # not its creator's
+        CURRENT.set(self)
         try:
             await self.awaited(coroutine)
         except BaseException as error:
@@ -103,3 +105,7 @@ class NodeLifetime:
         self._close()
         if self.on_failure is not None:
             self.on_failure(Failure(self.name, origin, error, message))
+
+
+CURRENT: ContextVar[NodeLifetime | None] = ContextVar("busflow.node", default=None)
+"""Node whose own task runs; a handler that is a plain function may run in the task of another node."""

@@ -1,68 +1,47 @@
 """Orphan tasks: a task that a node itself gives to the event loop fails that node, also if nothing awaits it.
 
 Theory of operation. asyncio reports an exception that was never retrieved when the task is collected: late, or never
-while something holds it. So a loop that runs a graph makes its tasks through `OrphanTasks`, which notes their node:
-the one whose method the coroutine is or whose code makes it, or that of the task which makes it. A task that failed may
-be awaited until its node ends; the log warns before. What asyncio does report, of callbacks too, fails the node at
-once. The way of a message costs nothing more: a task that busflow makes for itself is made as it is. On the loop of a
-program it is a guest: what is no node's stays as the program has it, and so does the loop when the last graph has left.
+while something holds it. So a loop that runs a graph makes its tasks through `OrphanTasks`, which notes their node. The
+tasks of a node carry it in a context variable, which the tasks and callbacks that they make inherit. A handler that is
+a plain function may run in the context of another node; there the method's `self` counts. Where neither is known, the
+traceback may have a node's method. A task that failed may be awaited until its node ends; the log warns before. What
+asyncio does report, of callbacks too, fails the node at once. The way of a message costs nothing more: a task that
+busflow makes for itself is made as it is. On the loop of a program it is a guest: what is no node's stays as the
+program has it, and so does the loop when the last graph has left.
 """
 
 from __future__ import annotations
 
 import asyncio
+import inspect
 import os
 import sys
 import warnings
 import weakref
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from traceback import walk_tb
-from types import FrameType
+from types import CodeType, FrameType
 from typing import Any
 
 import anyio
 
+from busflow import timeouts
 from busflow.bus.failure import Failure
 from busflow.errors import Stray
 from busflow.log import Log
-from busflow.node.lifetime import NodeLifetime
+from busflow.node.lifetime import CURRENT, NodeLifetime
 from busflow.node.node import Node
 from busflow.text import printable
 from busflow.validation.tracebacks import reason, shown, user_line
 
-PATIENCE_S = 0.1
-"""How long a task that failed may wait to be awaited until the log warns."""
-
 BUSFLOW = str(Path(__file__).parents[1]) + os.sep
 """Beginning of the file names of busflow's own code."""
-_LIBRARIES = tuple(str(Path(str(module.__file__)).parent) + os.sep for module in (asyncio, anyio))
-_LIFE: ContextVar[NodeLifetime | None] = ContextVar("busflow_life", default=None)
-"""Node whose own task runs now, if a node made it."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Failed:
-    """A task that failed, and may still be awaited."""
-
-    life: NodeLifetime | None
-    name: str
-    error: BaseException
-    task: weakref.ref[asyncio.Task[Any]]
-
-    @property
-    def is_awaited(self) -> bool:
-        """Whether its exception was retrieved, or asyncio has reported it as the task went."""
-        return not getattr(self.task(), "_log_traceback", False)  # what asyncio decides by; there is no public way
-
-    @property
-    def origin(self) -> str:
-        """Describe what failed, for people."""
-        return f"task {self.name} that was not awaited: use self.spawn(…)"
+_OTHERS = (BUSFLOW, *(str(Path(str(module.__file__)).parent) + os.sep for module in (asyncio, anyio)))
+_NODE = "busflow_node"
+"""Attribute of a task that code of users has made: the lifetime of its node, or None."""
 
 
 class OrphanTasks:
@@ -78,7 +57,7 @@ class OrphanTasks:
         self._guest = guest
         self._before = loop.get_task_factory(), loop.get_exception_handler()
         self._make: Any = self._before[0] or _plain_task
-        self._failed: dict[int, _Failed] = {}
+        self._failed: list[weakref.ref[asyncio.Task[Any]]] = []
         loop.set_task_factory(self)
         loop.set_exception_handler(self._on_exception)
 
@@ -96,61 +75,51 @@ class OrphanTasks:
 
     def __call__(self, loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any) -> asyncio.Task[Any]:
         """Make a task, as asyncio asks for it."""
-        caller = sys._getframe(1)  # noqa: SLF001  # documented in spite of its name
-        frames = [*_user_frames(getattr(coroutine, "cr_frame", None)), *_user_frames(caller)]
-        if not frames:
+        is_users, life = _maker(sys._getframe(1))  # noqa: SLF001  # documented in spite of its name
+        if not is_users and not _is_users(getattr(coroutine, "cr_code", None)):
             return self._make(loop, coroutine, **options)
-        life = life_in(frames)
-        if (
-            life is None and asyncio.current_task(loop) is not None
-        ):  # a callback runs in any context there happens to be
-            life = _LIFE.get()
-        token = _LIFE.set(life)
+        token = CURRENT.set(life)
         try:
             task: asyncio.Task[Any] = self._make(loop, coroutine, **options)
         finally:
-            _LIFE.reset(token)
-        if life is not None or not self._guest:
-            task.add_done_callback(partial(self._on_done, life, getattr(coroutine, "__name__", "")))
+            CURRENT.reset(token)
+        setattr(task, _NODE, life)
+        task.add_done_callback(self._on_done)
         return task
 
     def close(self, life: NodeLifetime | None = None) -> None:
         """Count failed tasks that nothing has awaited as failures, now that their node, or the loop, has ended."""
-        for failed in [each for each in self._failed.values() if life is None or each.life is life]:
-            del self._failed[id(failed.error)]
-            if not failed.is_awaited:
-                self._fail(failed.life, failed.origin, failed.error)
-            if (task := failed.task()) is not None:
+        for task in [found for each in self._failed if (found := each()) is not None]:
+            if (error := _unawaited(task)) is not None and life in {None, owner := _life(task, error)}:
+                self._fail(owner, _origin(task), error)
                 task.exception()  # asyncio need not report it as well
 
-    def _on_done(self, life: NodeLifetime | None, name: str, task: asyncio.Task[Any]) -> None:
-        error: BaseException | None = getattr(task, "_exception", None)  # to ask for it would be to retrieve it
-        if error is None:
+    def _on_done(self, task: asyncio.Task[Any]) -> None:
+        if (error := _unawaited(task)) is None or ((life := _life(task, error)) is None and self._guest):
             return
-        failed = self._failed[id(error)] = _Failed(life, name or task.get_name(), error, weakref.ref(task))
+        self._failed.append(reference := weakref.ref(task, self._failed.remove))
         if life is not None:
             life.on_end = partial(self.close, life)
-        self._loop.call_later(PATIENCE_S, self._warn, failed)
+            self._loop.call_later(timeouts.current.unawaited, self._warn, life, reference)
 
-    def _warn(self, failed: _Failed) -> None:
-        if failed.is_awaited:
-            self._failed.pop(id(failed.error), None)
-        elif failed.life is not None:
-            at = {"at": str(place)} if (place := user_line(failed.error)) else {}
+    def _warn(self, life: NodeLifetime, reference: weakref.ref[asyncio.Task[Any]]) -> None:
+        if (task := reference()) is not None and (error := _unawaited(task)) is not None:
+            at = {"at": str(place)} if (place := user_line(error)) else {}
             text = "a task that the node made has failed without being awaited: use self.spawn(…)"
-            failed.life.log.warning(text, task=failed.name, error=reason(failed.error), **at)
+            life.log.warning(text, task=_name(task), error=reason(error), **at)
 
     def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """Handle asyncio's report of a task that is gone with its exception, or of a callback that raised."""
-        error = context.get("exception")
+        error: Any = context.get("exception")
+        task: Any = context.get("future")
         if not isinstance(error, BaseException) or loop.is_closed() or not self.on_orphan:
             self._report(context)
         if not isinstance(error, BaseException):
             return
-        if (failed := self._failed.pop(id(error), None)) is not None:
-            life, origin = failed.life, failed.origin
+        life = _life(task, error)
+        if hasattr(task, _NODE):
+            origin = _origin(task)
         else:
-            life = life_in(reversed([frame for frame, _ in walk_tb(error.__traceback__)]))
             origin = "a callback of the event loop" if "handle" in context else printable(context["message"], limit=200)
         if self._guest and life is None and self.on_orphan:
             self._report(context)
@@ -173,6 +142,24 @@ class OrphanTasks:
         orphan.__cause__ = error
         for report in self.on_orphan or [self.left.append]:
             report(orphan)
+
+
+def _life(task: Any, error: BaseException) -> NodeLifetime | None:
+    """Return the lifetime of the node that made a task, or else of a method that the error has left."""
+    return getattr(task, _NODE, None) or life_in(reversed([frame for frame, _ in walk_tb(error.__traceback__)]))
+
+
+def _unawaited(task: asyncio.Task[Any]) -> BaseException | None:
+    """Return the exception of a task that nothing has retrieved; to ask the task for it would be to retrieve it."""
+    return getattr(task, "_exception", None) if getattr(task, "_log_traceback", False) else None  # no public way
+
+
+def _name(task: asyncio.Task[Any]) -> str:
+    return getattr(task.get_coro(), "__name__", "") or task.get_name()
+
+
+def _origin(task: asyncio.Task[Any]) -> str:
+    return f"task {_name(task)} that was not awaited: use self.spawn(…)"
 
 
 def _plain_task(loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any) -> asyncio.Task[Any]:
@@ -218,10 +205,28 @@ def _caller(frame: FrameType | None) -> str:
     return repr(frame.f_locals.get("self")) if frame is not None else ""
 
 
+def _is_users(code: CodeType | None) -> bool:
+    return code is not None and not code.co_filename.startswith(_OTHERS)
+
+
+def _maker(frame: FrameType | None) -> tuple[bool, NodeLifetime | None]:
+    """Return whether code of users makes a task, and the lifetime of its node if it is known.
+
+    The variables of a coroutine are left alone: the frame would keep what was read, as long as the coroutine waits.
+    """
+    frames = [*_user_frames(frame)]
+    for each in frames:
+        if each.f_code.co_flags & (inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR):
+            return True, CURRENT.get()
+        if (life := life_in([each])) is not None:
+            return True, life
+    return bool(frames), None
+
+
 def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:
     """Yield a frame and those around it up to where busflow called, without those of libraries."""
     while frame is not None and not frame.f_code.co_filename.startswith(BUSFLOW):
-        if not frame.f_code.co_filename.startswith(_LIBRARIES):
+        if _is_users(frame.f_code):
             yield frame
         frame = frame.f_back
 

@@ -16,6 +16,7 @@ from busflow import timeouts
 from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
 from busflow.node.factory import rebuild
+from busflow.node.lifetime import CURRENT
 from busflow.node.node import Node
 from busflow.node.runtime import NodeRuntime
 from busflow.node.supervision import Backoff, Condition, OnExit, Restart, Supervision
@@ -208,6 +209,7 @@ class Supervisor:
         self.state = NodeState.STARTING
 
     async def _live_once(self) -> None:
+        CURRENT.set(self.runtime.life)
         try:
             async with anyio.create_task_group() as tasks:
                 await self._start_and_run(tasks)

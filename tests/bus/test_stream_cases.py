@@ -27,9 +27,6 @@ async def test_cancelled_task_ends_at_its_first_wait(make_bench):
     assert [message.data for message in subscription.queue.items] == [1]
 
 
-@pytest.mark.xfail(
-    reason="making a task reads the f_locals of its maker, whose frame keeps them, up to Python 3.14", strict=True
-)
 @virtual_time
 async def test_cancelled_reader_lets_go_of_its_locals(make_bench):
     bench = make_bench()
