@@ -4,8 +4,6 @@ import asyncio
 import gc
 import weakref
 
-import pytest
-
 from busflow.testing import virtual_time
 from tests.bus.conftest import number, settle
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import busflow
-from busflow import Node, NodeFailed, client, publisher, supervised, timer
+from busflow import Node, NodeFailed, client, publisher, subscription, supervised, timer
 from busflow.errors import ExitCode, Stray
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import Trigger
@@ -182,6 +182,33 @@ def test_sender_does_not_own_a_handler_s_task():
 
     with pytest.raises(Stray, match="no node is known for what failed in task elsewhere"):
         test()
+
+
+class Spawning(Node):
+    """Makes its task in a task that a handler spawns."""
+
+    @subscription("numbers")
+    def hear(self, _: Int64) -> None:
+        self.spawn(self.drive())
+
+    async def drive(self) -> None:
+        await Driver().open()
+
+
+class Handing(Node):
+    """Has a handler make a task of something else."""
+
+    @subscription("numbers")
+    def hear(self, _: Int64) -> None:
+        self.task = asyncio.create_task(elsewhere())
+
+
+@pytest.mark.parametrize("node", [Spawning, Handing])
+@virtual_time
+async def test_task_of_a_handler_is_its_nodes(node):
+    async with harness(Talker, node, expect_failure=node) as lab:
+        await lab.advance(1)
+    assert {each.node for each in lab.graph.failures} == {f"/{node.__name__.lower()}"}
 
 
 @virtual_time
