@@ -68,8 +68,6 @@ _OF_A_BUSY_MACHINE = [
     re.compile(r"published before \S+ had started or after it had stopped$"),  # a timer ticks between two stops
     re.compile(r"/sensor_processor: No sensor data received$"),
     re.compile(r"block(s|ed) the event loop"),
-    re.compile(r"the nodes wait reason=.* has not joined the run$"),
-    re.compile(r"after 5 s plugin \S+ is still being imported"),
 ]
 """Lines that come on a busy machine alone, and are passed over where a page shows none of their kind."""
 _VARYING = re.compile(

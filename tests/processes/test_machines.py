@@ -16,6 +16,7 @@ import pytest
 
 from busflow.cli import main
 from busflow.recording.bag.bag import Bag
+from busflow.timeouts import VARIABLE
 from busflow.wire.machines.certificates import Authority
 from tests.golden import Golden
 from tests.processes.conftest import NODES, busflow
@@ -146,16 +147,18 @@ def test_killed_machine_is_linked_again_after_restart(start: Callable, two: str)
 
 
 @pytest.mark.long
-def test_kept_messages_come_once_after_a_broken_link(start: Callable, two: str):
+def test_kept_messages_come_once_after_a_broken_link(start: Callable, two: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv(VARIABLE, f"{os.environ[VARIABLE]},kept_messages=inf,held_messages=inf")
     kept = "topics: {numbers: {qos: {durability: transient_local, depth: 1000}}}\n"
     text = two.replace("subscriptions: {numbers: {depth: 1000}}", "") + kept
     main, arm = start(text, machine="main"), start(text, machine="arm")
     arm.wait_for("received enough", times=2)
-    for stopped, other, name in ((main, arm, "main"), (arm, main, "arm")):
+    for times, (stopped, other, name) in enumerate(((main, arm, "main"), (arm, main, "arm")), 1):
         os.kill(stopped.process.pid, signal.SIGSTOP)
-        other.wait_for(f"the machine {name} is not linked any more")
+        other.wait_for(f"the machine {name} is not linked any more", times=times)  # both sides have seen each break
         os.kill(stopped.process.pid, signal.SIGCONT)
-        other.wait_for(f"the machine {name} is linked again")
+        arm.wait_for("the machine main is linked again", times=times)
+        main.wait_for("the machine arm is linked again", times=times)
         busflow(arm.runtime, "topic", "echo", "numbers", "--once")
     assert main.end() == arm.end() == 130
     assert not any("begins anew" in line for line in arm.lines), "a message came twice"
