@@ -37,7 +37,7 @@ def test_stated_keys_are_described(folder):
 
 @each_case("i_launch", "command_line/")
 def test_values_of_expressions_are_not_split(folder, case):
-    """The value of `$(test X)` is X, as here that of an argument X; then its value has a blank."""
+    """In the cases `$(test X)` gives X. Here an argument X gives it, and then a text with a blank."""
     names = re.findall(r"\$\(test (\w+)\)", case["input"])
     words = re.sub(r"\$\(test (\w+)\)", r"${args.\1}", case["input"]).split()
     for more in ("", " b"):
