@@ -46,22 +46,19 @@ def graph(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.fixture
-def recording(graph):
-    (graph / "arm.py").write_text(ARM)
-    (graph / "boss.py").write_text(BOSS)
-    assert main(["run", "graph.yaml", "--sim", "--for", "8s", "--record", "moves.mcap"]) == 0
-    return graph / "moves.mcap"
+def replays(graph, arm, boss, *options, late=()):
+    """Record a run of two nodes, and replay each of them as it was recorded."""
+    (graph / "arm.py").write_text(arm)
+    (graph / "boss.py").write_text(boss)
+    assert main(["run", "graph.yaml", "--record", "moves.mcap", *options]) == 0
+    for node in ("arm", "boss"):
+        assert main(["replay", "moves.mcap", "graph.yaml", "--node", node, *late]) == 0
 
 
-@pytest.mark.parametrize("node", ["arm", "boss"])
-def test_each_side_replays_as_recorded(recording, node, capsys):
-    assert main(["replay", str(recording), "graph.yaml", "--node", node]) == 0
-    assert f"/{node}: " in capsys.readouterr().out
-
-
-def test_all_parts_of_an_action_are_recorded(recording, capsys):
-    assert main(["bag", "info", str(recording)]) == 0
+def test_all_of_an_action_is_recorded_and_replays(graph, capsys):
+    replays(graph, ARM, BOSS, "--sim", "--for", "8s")
+    capsys.readouterr()
+    assert main(["bag", "info", "moves.mcap"]) == 0
     found = {line.split()[0] for line in capsys.readouterr().out.splitlines() if "/_action/" in line}
     events = {f"/arm/move/_action/{each}/_service_event" for each in ("send_goal", "cancel_goal", "get_result")}
     assert found == events | {"/arm/move/_action/feedback", "/arm/move/_action/status"}
@@ -96,14 +93,10 @@ class Boss(Node):
 """
 
 
-@pytest.mark.parametrize("node", ["arm", "boss"])
-def test_uncanceled_goal_with_later_inputs_replays(graph, node, capsys):
+def test_uncanceled_goal_with_later_inputs_replays(graph, capsys):
     """No recorded answer says that the action has a `cancel_goal`; the first push comes while the goal runs."""
-    (graph / "arm.py").write_text(PUSHED_ARM)
-    (graph / "boss.py").write_text(PUSHING_BOSS)
-    assert main(["run", "graph.yaml", "--sim", "--for", "8s", "--record", "moves.mcap"]) == 0
-    assert main(["replay", "moves.mcap", "graph.yaml", "--node", node]) == 0, capsys.readouterr().out
-    assert "1 on /arm/move/_action/get_result" in capsys.readouterr().out
+    replays(graph, PUSHED_ARM, PUSHING_BOSS, "--sim", "--for", "8s")
+    assert capsys.readouterr().out.count("1 on /arm/move/_action/get_result") == 2
 
 
 QUICK_ARM = """
@@ -142,17 +135,11 @@ class Boss(Node):
 """
 
 
-@pytest.mark.parametrize("node", ["arm", "boss"])
-def test_random_identifiers_replay_as_recorded(graph, node, capsys):
+def test_random_identifiers_replay_as_recorded(graph, capsys):
     """On the system's time a goal has another identifier in each run; its feedback reaches the client all the same."""
-    (graph / "arm.py").write_text(QUICK_ARM)
-    (graph / "boss.py").write_text(FOLLOWING_BOSS)
-    assert main(["run", "graph.yaml", "--for", "2s", "--record", "moves.mcap"]) == 0
-    late = "--time-tolerance=60s"  # a machine that is busy starts a run late
-    assert main(["replay", "moves.mcap", "graph.yaml", "--node", node, late]) == 0
-    out = capsys.readouterr().out
-    assert f"/{node}: " in out
-    assert ("8 on /seen" in out) == (node == "boss")
+    late = ["--time-tolerance=60s"]  # a machine that is busy starts a run late
+    replays(graph, QUICK_ARM, FOLLOWING_BOSS, "--for", "2s", late=late)
+    assert "8 on /seen" in capsys.readouterr().out
 
 
 PATIENT_ARM = """
