@@ -1,8 +1,11 @@
 """Small launch files with two nodes each: one in a folder of its own, and one that runs while commands look at it."""
 
+import json
 import os
 import pty
 import re
+import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,206 +15,103 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-TALKER = '''
-from busflow import Node, Parameters, publisher, timer
-from busflow.msgs.std_msgs import Float64
+import busflow
+from busflow.cli import main
+from busflow.text import printable
+from tests.golden import Golden, masked
 
-
-class TalkerParameters(Parameters):
-    rate_hz: float = 100.0
-    fail_at: int = 0
-
-
-class Talker(Node):
-    """Counts aloud."""
-
-    parameters: TalkerParameters
-    numbers = publisher(Float64, "numbers")
-    count = 0
-
-    @timer(hz="rate_hz")
-    def talk(self) -> None:
-        self.count += 1
-        if 0 < self.parameters.fail_at <= self.count:
-            raise ValueError("\\x1b[31mlost count")
-        self.numbers.publish(Float64(data=float(self.count)))
-'''
-
-LISTENER = '''
-from busflow import Node, subscription
-from busflow.msgs.std_msgs import Float64
-
-
-class Listener(Node):
-    """Logs what it receives."""
-
-    @subscription("numbers")
-    def receive(self, number: Float64) -> None:
-        self.log.info("heard", number=number.data)
-'''
-
-LAUNCH = """\
-name: talk
-plugins: [plugins]
-args:
-  rate_hz: {type: float, default: 100.0, max: 1000, help: How often to talk.}
-nodes:
-  talker:
-    plugin: talker
-    parameters: {rate_hz: "${args.rate_hz}"}
-  listener:
-    plugin: listener
-"""
-
-IMU_PUBLISHER = '''
-from pydantic import Field
-
-from busflow import SENSOR_DATA, Node, Parameters, ReadOnly, publisher, timer
-from busflow.msgs.sensor_msgs import Imu, JointState
-
-
-class ImuPublisherParameters(Parameters):
-    rate_hz: float = Field(default=10.0, ge=0.1, le=1000, description="publish rate in Hz")
-    frame_id: ReadOnly[str] = Field(default="imu_link", description="frame id of the Imu message")
-    joint_count: int = 10
-
-
-class ImuPublisher(Node):
-    """The publisher of ROS 2's lab, whose verbatim outputs are in tests/cases/ros2cli."""
-
-    parameters: ImuPublisherParameters
-    imu = publisher(Imu, "imu/data", qos=SENSOR_DATA)
-    joints = publisher(JointState, "joint_states")
-
-    @timer(hz="rate_hz")
-    def tick(self) -> None:
-        stamp = self.clock.now().to_msg()
-        header = Imu().header.replace(stamp=stamp, frame_id=self.parameters.frame_id)
-        self.imu.publish(Imu(header=header))
-        count = self.parameters.joint_count
-        self.joints.publish(JointState(header=header, name=[f"j{n}" for n in range(count)], position=[0.5] * count))
-'''
-
-PROCESSOR = '''
-from busflow import SENSOR_DATA, Node, publisher, subscription
-from busflow.msgs.sensor_msgs import Imu, JointState
-from busflow.msgs.std_msgs import Float64
-
-
-class Processor(Node):
-    """Its processor."""
-
-    balance = publisher(Float64, "balance_state")
-    stability = publisher(Float64, "stability_index")
-    said = False
-
-    @subscription("imu/data", qos=SENSOR_DATA)
-    def on_imu(self, imu: Imu) -> None:
-        self.balance.publish(Float64(data=0.25))
-        self.stability.publish(Float64(data=0.75))
-        if not self.said:
-            self.said = True
-            self.log.info("works", path="\\x1b[31m")
-
-    @subscription("joint_states")
-    def on_joints(self, joints: JointState) -> None:
-        pass
-'''
-
-IMU_LAB = """\
-name: imu_lab
-plugins: [plugins]
-nodes:
-  imu_publisher:
-    plugin: imu_publisher
-    parameters: {rate_hz: 10.0}
-  processor:
-    plugin: processor
-"""
-
-ODDS = '''
-import asyncio
-
-import numpy as np
-
-from busflow import QoS, Message, Node, publisher, subscription, timer
-from busflow.msgs.sensor_msgs import Image
-from busflow.msgs.std_msgs import Float64, Int64, String
-
-
-class Note(Message, package="odd"):
-    """What ROS has no words for."""
-
-    text: str
-    place: str | None = None
-    marks: dict[str, float] = {}
-
-
-class Odds(Node):
-    """Topics as they are not in the lab: large, latched, kept, foreign to ROS, flooded, without a subscription."""
-
-    image = publisher(Image, "camera/image")
-    talk = publisher(String, "talk")
-    note = publisher(Note, "note")
-    name_of_map = publisher(String, "map_name", qos=QoS(durability="transient_local"))
-    numbers = publisher(Int64, "numbers")
-    flood = publisher(Int64, "flood")
-    commanded = publisher(Float64, "commanded")
-    unused = publisher(Int64, "_hidden/count")
-    count = 0
-
-    async def start(self) -> None:
-        self.pixels = np.zeros(1920 * 1080 * 3, np.uint8)
-        self.name_of_map.publish(String(data="attic"))
-        self.log.info("ready")
-
-    @timer(0.2)
-    def show(self) -> None:
-        self.image.publish(Image(height=1080, width=1920, encoding="rgb8", step=5760, data=self.pixels))
-        self.talk.publish(String(data="\\x1b[31mred\\u202e"))
-        self.note.publish(Note(text="a, b", marks={"x": float("inf")}))
-
-    @timer(0.01)
-    def tick(self) -> None:
-        self.count += 1
-        self.numbers.publish(Int64(data=self.count))
-        self.flood.publish(Int64(data=self.count))
-
-    @subscription("flood", qos=QoS(depth=1))
-    async def on_flood(self, number: Int64) -> None:
-        await asyncio.sleep(0.05)
-
-    @subscription("cmd")
-    def on_command(self, command: Float64) -> None:
-        self.commanded.publish(command)
-
-    @subscription("strict", qos=QoS(deadline=900, lease=800, liveliness="manual_by_topic"))
-    def on_strict(self, command: Float64) -> None:
-        self.commanded.publish(command)
-'''
-
-ODD_LAB = """\
-name: odd_lab
-plugins: [plugins]
-topics:
-  numbers: {history: 5}
-nodes:
-  odds:
-    plugin: odds
-"""
+LABS = Path(__file__).parent / "labs"
+"""Launch files that commands look at, with their nodes in `plugins/`."""
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a launch file of a talker and a listener, which a test may change, as the working directory."""
     (tmp_path / "plugins").mkdir()
-    (tmp_path / "plugins/talker.py").write_text(TALKER)
-    (tmp_path / "plugins/listener.py").write_text(LISTENER)
-    (tmp_path / "talk.yaml").write_text(LAUNCH)
+    for name in ("talk.yaml", "plugins/talker.py", "plugins/listener.py"):
+        shutil.copy(LABS / name, tmp_path / name)
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+def edit(old: str, new: str, file: str = "talk.yaml") -> None:
+    """Replace a text in a file of the project."""
+    text = Path(file).read_text("utf-8")
+    assert old in text
+    Path(file).write_text(text.replace(old, new), "utf-8")
+
+
+def append(text: str, file: str = "talk.yaml") -> None:
+    """Append lines to a file of the project."""
+    with Path(file).open("a", encoding="utf-8") as stream:
+        stream.write(text)
+
+
+class Shell:
+    """Command lines that run in this process; the golden text of the test has each with its output."""
+
+    def __init__(self, capsys: pytest.CaptureFixture[str], mask: Mapping[str, str]) -> None:
+        self.out = self.err = self.shown = ""
+        self._capsys, self._mask = capsys, mask
+
+    def __call__(self, line: str, *words: str, mask: Mapping[str, str] | None = None) -> int:
+        """Run a command line, with more words that may have blanks; return the exit code."""
+        arguments = [*shlex.split(line), *words]
+        self._capsys.readouterr()
+        code = main(arguments)
+        self.out, self.err = self._capsys.readouterr()
+        errors = f"--- errors\n{self.err}" if self.err else ""
+        self.note(f"$ busflow {printable(shlex.join(arguments))}\n{self.out}{errors}", mask=mask)
+        return code
+
+    def note(self, text: str, *, mask: Mapping[str, str] | None = None) -> None:
+        """Add a text to those that are compared, e.g. the output of a command in a process of its own."""
+        place = {re.escape(os.environ["BUSFLOW_RUNTIME_DIR"]): "RUNTIME"}
+        self.shown += masked(text, {**self._mask, **place, **(mask or {})}) + "\n"
+
+    def text(self, line: str, *words: str, code: int | None = 0) -> str:
+        """Run a command line and return its output, of which nothing is compared."""
+        self._capsys.readouterr()
+        found = main([*shlex.split(line), *words])
+        assert code in (found, None)
+        return self._capsys.readouterr().out
+
+    def data(self, line: str, *words: str, code: int | None = 0) -> Any:
+        """Run a command line with `--json` and return its answer."""
+        return json.loads(self.text(line, *words, "--json", code=code))
+
+
+@pytest.fixture
+def shell(capsys: pytest.CaptureFixture[str], golden: Golden, monkeypatch: pytest.MonkeyPatch) -> Iterator[Shell]:
+    """`assert shell("check talk.yaml") == 3`: the golden text of the test has the command line and its output."""
+    monkeypatch.setenv("COLUMNS", "80")
+    places = {str(Path(busflow.__file__).parent): "BUSFLOW", sys.prefix: "PREFIX", str(ROOT): "PROJECT"}
+    found = Shell(capsys, {re.escape(path): shown for path, shown in places.items()})
+    yield found
+    if found.shown:
+        golden(found.shown)
+
+
+@pytest.fixture
+def completed(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[[str], list[str]]:
+    """Return a function for the words that the tab key offers after a command line, in bash."""
+
+    def offered(words: str) -> list[str]:
+        with monkeypatch.context() as patch:
+            patch.setenv("_BUSFLOW_COMPLETE", "bash_complete")
+            patch.setenv("COMP_WORDS", f"busflow {words}")
+            patch.setenv("COMP_CWORD", str(len(words.split(" "))))
+            main([])
+        out, err = capsys.readouterr()
+        assert err == ""
+        return [line.partition(",")[2] for line in out.splitlines() if line]
+
+    return offered
 
 
 class LiveRun:
@@ -278,17 +178,11 @@ class Place:
 
 
 @contextmanager
-def standing(
-    folder: Path, name: str, launch_file: str, plugins: Mapping[str, str], *options: str
-) -> Iterator[tuple[Place, LiveRun]]:
-    """Run a launch file with its plugins, in a place of its own, while the block lasts."""
-    (folder / "plugins").mkdir()
-    for plugin, source in plugins.items():
-        (folder / f"plugins/{plugin}.py").write_text(source)
-    (folder / f"{name}.yaml").write_text(launch_file)
+def standing(launch_file: Path, *options: str) -> Iterator[tuple[Place, LiveRun]]:
+    """Run a launch file in a place of its own while the block lasts."""
     with tempfile.TemporaryDirectory(prefix="busflow-") as path:
         place = Place(Path(path))
-        run = place.run(folder, f"{name}.yaml", *options)
+        run = place.run(launch_file.parent, launch_file.name, *options)
         try:
             yield place, run
         finally:
@@ -296,22 +190,17 @@ def standing(
 
 
 @pytest.fixture(scope="module")
-def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., tuple[Place, LiveRun]]]:
+def stand() -> Iterator[Callable[[Path], tuple[Place, LiveRun]]]:
     """Return a function that starts a run in a place of its own, for all tests of a module, which do not change it."""
     with ExitStack() as stack:
-
-        def start(name: str, launch_file: str, plugins: Mapping[str, str]) -> tuple[Place, LiveRun]:
-            return stack.enter_context(standing(tmp_path_factory.mktemp(name), name, launch_file, plugins))
-
-        yield start
+        yield lambda launch_file: stack.enter_context(standing(launch_file))
 
 
 @pytest.fixture(scope="session")
-def imu_lab(tmp_path_factory: pytest.TempPathFactory, lasting: set[int]) -> Iterator[Place]:
+def imu_lab(lasting: set[int]) -> Iterator[Place]:
     """The place of a run of the lab of ROS 2's captures, for the whole session."""
-    plugins = {"imu_publisher": IMU_PUBLISHER, "processor": PROCESSOR}
-    options = ("-v", "--watchdog", "off")  # which would log a busy machine, in a log that is compared
-    with standing(tmp_path_factory.mktemp("imu_lab"), "imu_lab", IMU_LAB, plugins, *options) as (place, run):
+    # The watchdog would log a busy machine, in a log that is compared.
+    with standing(LABS / "imu_lab.yaml", "-v", "--watchdog", "off") as (place, run):
         lasting.add(run.process.pid)
         run.wait_for("works")
         yield place
@@ -325,9 +214,9 @@ def lab(imu_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
 
 
 @pytest.fixture(scope="module")
-def odd_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
+def odd_lab() -> Iterator[Place]:
     """The place of the run with the odd topics; it takes much of a processor, so it ends with the module."""
-    with standing(tmp_path_factory.mktemp("odd_lab"), "odd_lab", ODD_LAB, {"odds": ODDS}) as (place, run):
+    with standing(LABS / "odd_lab.yaml") as (place, run):
         run.wait_for("ready")
         yield place
 
@@ -342,14 +231,9 @@ def odds(odd_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
 @pytest.fixture(scope="module")
 def lab1() -> Iterator[tuple[Place, LiveRun]]:
     """The place of a run of the project's own lab, for all tests of a module."""
-    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
-        place = Place(Path(path))
-        run = place.run(Path(__file__).parents[2], "configs/lab1.yaml")
-        try:
-            run.wait_for("All sensors operational")
-            yield place, run
-        finally:
-            run.stop()
+    with standing(ROOT / "configs/lab1.yaml") as (place, run):
+        run.wait_for("All sensors operational")
+        yield place, run
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """`busflow config` prints the resolved file, which can be read back, and where each value came from."""
 
-import json
 import math
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -14,8 +13,7 @@ from busflow.cli import main
 from busflow.launchfile.check.resolved import lines
 from busflow.launchfile.load.load import load
 from busflow.launchfile.yaml.value import Origin, StatedBy, Value
-
-Captured = pytest.CaptureFixture[str]
+from tests.cli.conftest import Shell
 
 scalars = (
     st.none()
@@ -62,32 +60,26 @@ def test_a_text_stays_text_for_every_reader(word: str):
     assert yaml.safe_load(line) == {"a": word.replace("${", "$${")}
 
 
+WIDTH = {" +# from": "  # from"}
+"""The path of a temporary folder widens the first column."""
+
+
 @pytest.mark.usefixtures("project")
-class TestCommand:
-    def test_each_value_shows_its_origin(self, capsys: Captured):
-        arguments = ["rate_hz:=50", "--set", "nodes.listener.restart=always"]
-        assert main(["config", "talk.yaml", *arguments]) == 0
-        found = dict(line.rsplit("# from ", 1) for line in capsys.readouterr().out.splitlines() if "# from" in line)
-        origins = {key.strip(): value for key, value in found.items()}
-        assert origins["name: talk"] == "talk.yaml:1:7"
-        assert origins["rate_hz: 50.0"].endswith("from command line")
-        assert origins["restart: always"] == "command line"
-        assert origins["fail_at: 0"] == "default"
+def test_each_value_shows_its_origin(shell: Shell):
+    assert shell("config talk.yaml rate_hz:=50 --set nodes.listener.restart=always", mask=WIDTH) == 0
+    answer = shell.data("config talk.yaml")
+    assert answer["config"]["nodes"]["talker"]["parameters"]["rate_hz"] == 100.0
+    assert answer["origins"]["nodes.talker.plugin"] == "talk.yaml:7:13"
 
-    def test_unloadable_plugin_is_shown_as_stated(self, capsys: Captured):
-        Path("plugins/talker.py").write_text("raise ValueError")
-        assert main(["config", "talk.yaml"]) == 0
-        assert "plugin: talker" in capsys.readouterr().out
 
-    def test_json_has_the_data_and_the_origins(self, capsys: Captured):
-        assert main(["config", "talk.yaml", "--json"]) == 0
-        answer = json.loads(capsys.readouterr().out)
-        assert answer["config"]["nodes"]["talker"]["parameters"]["rate_hz"] == 100.0
-        assert answer["origins"]["nodes.talker.plugin"] == "talk.yaml:7:13"
+@pytest.mark.usefixtures("project")
+def test_printed_config_can_be_run(shell: Shell):
+    Path("resolved.yaml").write_text(shell.text("config talk.yaml rate_hz:=50"))
+    assert main(["check", "resolved.yaml"]) == 0
+    assert "rate_hz: 50.0" in shell.text("config resolved.yaml")
 
-    def test_printed_config_can_be_run(self, capsys: Captured):
-        assert main(["config", "talk.yaml", "rate_hz:=50"]) == 0
-        Path("resolved.yaml").write_text(capsys.readouterr().out)
-        assert main(["check", "resolved.yaml"]) == 0
-        assert main(["config", "resolved.yaml"]) == 0
-        assert "rate_hz: 50.0" in capsys.readouterr().out
+
+@pytest.mark.usefixtures("project")
+def test_unloadable_plugin_is_shown_as_stated(shell: Shell):
+    Path("plugins/talker.py").write_text("raise ValueError")
+    assert shell("config talk.yaml", mask=WIDTH) == 0

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-
-Captured = pytest.CaptureFixture[str]
+from tests.cli.conftest import Shell
 
 
 @pytest.fixture(autouse=True)
@@ -20,15 +19,11 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_project_passes_check_run_and_tests(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
-    assert main(["new", "rover"]) == 0
-    out = capsys.readouterr().out
-    assert "busflow run configs/rover.yaml" in out
+def test_project_passes_check_run_and_tests(shell: Shell, monkeypatch: pytest.MonkeyPatch):
+    assert shell("new rover") == 0
     monkeypatch.chdir("rover")
-    assert main(["check", "configs/rover.yaml"]) == 0
-    assert capsys.readouterr().out == "no problems\n"
-    assert main(["run", "configs/rover.yaml", "speed:=0.1", "--for", "150ms"]) == 0
-    assert "/cmd_vel" in capsys.readouterr().out
+    assert main(["check", "--strict", "configs/rover.yaml"]) == 0
+    assert "/cmd_vel" in shell.text("run configs/rover.yaml speed:=0.1 --for 150ms")
     options = ["-q", "-W", "error", "-p", "no:asyncio", "-p", "no:anyio", "-p", "no:cacheprovider"]
     done = subprocess.run([sys.executable, "-P", "-m", "pytest", *options], capture_output=True, text=True)
     assert "2 passed" in done.stdout, done.stdout
@@ -75,39 +70,27 @@ def test_the_project_satisfies_linter_and_formatter():
         assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize("present", ["file", "folder"])
-def test_nothing_is_overwritten(capsys: Captured, present: str):
-    if present == "folder":
-        Path("rover").mkdir()
-    else:
-        Path("rover").write_text("mine")
-    assert main(["new", "rover"]) == 2
-    assert capsys.readouterr().err == "error: rover exists already; choose another name, or remove it\n"
-    assert Path("rover").is_dir() or Path("rover").read_text() == "mine"
+NAMES = [
+    *("My-Robot", "9lives", "a__b", "class", "busflow", "numpy", "größe", "x" * 300, "\x1b[31m", "a/.."),
+    *("/proc/rover", ".", ".."),
+]
 
 
-@pytest.mark.parametrize(
-    ("name", "hint"),
-    [
-        ("My-Robot", "; try my_robot\n"),
-        ("9lives", "; try lives\n"),
-        ("a__b", "; try a_b\n"),
-        ("class", "and no keyword or Python package\n"),
-        ("busflow", "and no keyword or Python package\n"),
-        ("numpy", "and no keyword or Python package\n"),
-        ("größe", "; try gr_e\n"),
-        ("x" * 300, ""),
-        ("\x1b[31m", r"'\x1b[31m' cannot name a project"),
-        ("a/..", "cannot name a project"),
-    ],
-)
-def test_invalid_name_gets_a_proposal(capsys: Captured, here: Path, name: str, hint: str):
-    assert main(["new", name]) == 2
-    assert hint in capsys.readouterr().err
+@pytest.mark.parametrize("name", NAMES, ids=lambda name: name[:10])
+def test_invalid_name_gets_a_proposal(shell: Shell, here: Path, name: str):
+    assert shell("new", name) == 2
     assert list(here.iterdir()) == []
 
 
-def test_half_a_project_is_not_left_behind(here: Path):
+def test_nothing_is_overwritten(shell: Shell):
+    Path("folder").mkdir()
+    Path("file").write_text("mine")
+    for name in ("folder", "file"):
+        assert shell(f"new {name}") == 2
+    assert (list(Path("folder").iterdir()), Path("file").read_text()) == ([], "mine")
+
+
+def test_half_a_project_is_not_left_behind(shell: Shell, here: Path):
     def no_space() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
@@ -115,16 +98,5 @@ def test_half_a_project_is_not_left_behind(here: Path):
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}  # or half a module would be left behind
     done = subprocess.run(command, capture_output=True, text=True, preexec_fn=no_space, env=environment)
     assert done.returncode == 2
-    assert done.stderr.startswith("error: cannot write ")
+    shell.note(done.stderr, mask={r"rover\S*:": "rover…:"})
     assert list(here.iterdir()) == []
-
-
-def test_unwritable_folder_is_reported(capsys: Captured):
-    assert main(["new", "/proc/rover"]) == 2
-    assert capsys.readouterr().err.startswith("error: cannot make /proc/rover: ")
-
-
-@pytest.mark.parametrize("directory", [".", ".."])
-def test_a_folder_that_is_there_is_no_name(capsys: Captured, directory: str):
-    assert main(["new", directory]) == 2
-    assert capsys.readouterr().err == f"error: {directory} is there already: name a new folder, such as my_robot\n"

@@ -1,4 +1,3 @@
-import json
 from pathlib import Path
 
 import pytest
@@ -9,27 +8,9 @@ from busflow.cli import main
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
 
 
-def test_bag_content_is_shown(capsys):
-    assert main(["bag", "info", str(BAGS / "talker")]) == 0
-    assert capsys.readouterr().out == (
-        "talker\n"
-        "  state     complete\n"
-        "  recorder  mcap go #(devel), profile ros2\n"
-        "  start     2020-04-02 22:23:55.112411 UTC\n"
-        "  duration  4.531 s\n"
-        "  messages  20\n"
-        "  size      12.9 kB\n"
-        "\n"
-        "topic              type                               messages  rate\n"
-        "/parameter_events  rcl_interfaces/msg/ParameterEvent  0\n"
-        "/rosout            rcl_interfaces/msg/Log             10        2.0 Hz\n"
-        "/topic             std_msgs/msg/String                10        2.0 Hz\n"
-    )
-
-
-def test_the_same_as_json_with_a_digest(capsys):
-    assert main(["bag", "info", str(BAGS / "talker"), "--json", "--digest"]) == 0
-    answer = json.loads(capsys.readouterr().out)
+def test_bag_content_is_shown(shell):
+    assert shell(f"bag info {BAGS}/talker") == 0
+    answer = shell.data(f"bag info {BAGS}/talker --digest")
     assert (answer["version"], answer["messages"], answer["complete"], len(answer["digest"])) == (1, 20, True, 64)
     assert [(each["name"], each["messages"]) for each in answer["topics"]][-1] == ("/topic", 10)
 
@@ -37,7 +18,7 @@ def test_the_same_as_json_with_a_digest(capsys):
 @pytest.mark.parametrize(
     ("index_types", "rates"), [(IndexType.ALL, [10.0, 10.0]), (IndexType.ALL & ~IndexType.MESSAGE, [10.0, 2.0])]
 )
-def test_indexed_rate_spans_first_to_last_message(tmp_path, capsys, index_types, rates):
+def test_indexed_rate_spans_first_to_last_message(tmp_path, shell, index_types, rates):
     with (tmp_path / "late.mcap").open("wb") as stream:
         writer = Writer(stream, chunk_size=500, index_types=index_types)
         writer.start("ros2", "a test")
@@ -48,31 +29,22 @@ def test_indexed_rate_spans_first_to_last_message(tmp_path, capsys, index_types,
             if 200 <= number <= 300:
                 writer.add_message(late, number * 100_000_000, b"\0\1\0\0\1", number * 100_000_000)
         writer.finish()
-    assert main(["bag", "info", str(tmp_path / "late.mcap"), "--json"]) == 0
-    assert [each["rate_hz"] for each in json.loads(capsys.readouterr().out)["topics"]] == rates
+    assert [each["rate_hz"] for each in shell.data(f"bag info {tmp_path}/late.mcap")["topics"]] == rates
 
 
-@pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n", b"hello", b"SQLite format 3\0", b"#ROSBAG V2.0"])
-def test_non_recording_is_reported_in_one_line(tmp_path, capsys, content):
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\x89MCAP0\r\n", b"hello", b"SQLite format 3\0", b"#ROSBAG V2.0"],
+    ids=["empty", "begun", "text", "sqlite", "ros 1"],
+)
+def test_non_recording_is_reported_in_one_line(tmp_path, shell, content):
     (tmp_path / "odd.mcap").write_bytes(content)
-    assert main(["bag", "info", str(tmp_path / "odd.mcap")]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("error: ")
-    assert said.err.count("\n") == 1
+    assert shell(f"bag info {tmp_path}/odd.mcap") == 2
 
 
-def test_missing_file_and_directory_are_errors(tmp_path, capsys):
-    assert main(["bag", "info", str(tmp_path)]) == 2
-    assert main(["bag", "info", str(tmp_path / "none.mcap")]) == 2
-    assert "No such file or directory" in capsys.readouterr().err
-
-
-def test_non_file_is_reported_once(capsys):
-    assert main(["bag", "info", "/dev/zero"]) == 2
-    assert capsys.readouterr().err == (
-        "error: /dev/zero: it is not a file; name an .mcap file, or the directory of a bag\n"
-    )
+def test_other_files_are_errors(tmp_path, shell):
+    for path in (tmp_path, tmp_path / "none.mcap", "/dev/zero"):
+        assert shell(f"bag info {path}") == 2
 
 
 def test_names_in_a_file_cannot_steer_the_terminal(tmp_path, capsys):

@@ -43,14 +43,12 @@ BOOL = foreign(Bool).name, foreign(Bool).type_hash
 
 @pytest.mark.usefixtures("lab")
 class TestLab:
-    def test_messages_of_a_run_are_recorded_unchanged(self, tmp_path, capsys):
+    def test_messages_of_a_run_are_recorded_unchanged(self, tmp_path, capsys, golden):
         path = tmp_path / "run.mcap"
         assert main(["bag", "record", "-o", str(path), "--all", "--for", "1.5s"]) == 0
         out, err = capsys.readouterr()
-        assert "messages of" in out
-        assert out.rstrip().endswith("recorded, complete")
-        assert "recording " in err
-        assert "; Ctrl-C ends it" in err
+        shown = re.sub(r"(?m)^Warning.*\n|^warning.*\n", "", err)
+        golden(f"{out}--- errors\n{shown}", mask={r"recording /.* to": "recording … to", r"\d+": "#"})
         with Bag(path) as bag:
             entries = list(bag.entries())
             assert bag.complete
@@ -67,27 +65,22 @@ class TestLab:
         ]
         assert all(0 <= late < 60 * 10**9 for late in late_ns)
 
-    def test_between_messages_are_one_gap_fewer_than_messages(self, tmp_path, capsys):
+    def test_between_messages_are_one_gap_fewer_than_messages(self, tmp_path, shell):
         path = tmp_path / "run.mcap"
-        assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "1s"]) == 0
-        assert re.search(r"messages of 1 topic and the parameters of \d nodes? recorded", capsys.readouterr().out)
-        assert main(["bag", "info", str(path), "--json"]) == 0
-        answer = json.loads(capsys.readouterr().out)
-        imu, parameters = answer["topics"]
+        assert shell(f"bag record -o {path} imu/data --for 1s", mask={r"\d+ messages": "# messages"}) == 0
+        imu, parameters = shell.data(f"bag info {path}")["topics"]
         assert parameters["name"] == "/parameter_events"
         with Bag(path) as bag:
             times = [each.log_time_ns for each in bag.entries(["/imu/data"])]
         assert imu["rate_hz"] == pytest.approx((imu["messages"] - 1) * 1e9 / (times[-1] - times[0]))
 
-    def test_only_named_topics_are_recorded(self, tmp_path, capsys):
-        path = tmp_path / "run.mcap"
-        arguments = ["-o", str(path), "imu/*", "/jiont_states", "--for", "1s", "--json"]
+    def test_only_named_topics_are_recorded(self, tmp_path, capsys, golden):
+        arguments = ["-o", str(tmp_path / "run.mcap"), "imu/*", "/jiont_states", "--for", "1s", "--json"]
         assert main(["bag", "record", *arguments]) == 0
         out, err = capsys.readouterr()
         answer = json.loads(out)
         assert (answer["topics"], answer["complete"], answer["missed"]) == (["/imu/data"], True, 0)
-        assert "warning: nothing publishes /jiont_states so far; did you mean '/joint_states'?" in err
-        assert "warning: there was no topic /jiont_states" in err
+        golden("\n".join(line for line in err.splitlines() if line.startswith("warning")))
 
     @pytest.mark.parametrize(
         ("arguments", "recorded"),
@@ -164,13 +157,10 @@ class TestLab:
             assert bag.complete
             assert past_of(bag).parameters["/imu_publisher"] == {row["name"]: row["value"] for row in rows}
 
-    def test_empty_recording_is_reported(self, tmp_path, capsys):
-        none, silent = tmp_path / "none.mcap", tmp_path / "silent.mcap"
-        assert main(["bag", "record", "-o", str(none), "/nothing", "--for", "300ms"]) == 4
-        assert capsys.readouterr().out == f"{none}: nothing was recorded: there was no topic to record\n"
+    def test_empty_recording_is_reported(self, tmp_path, shell):
+        assert shell(f"bag record -o {tmp_path}/none.mcap /nothing --for 300ms", mask={"known: .*": "known: …"}) == 4
         with join() as peer, peer.advertise("/outside", foreign(Bool)):
-            assert main(["bag", "record", "-o", str(silent), "outside", "--for", "300ms"]) == 1
-        assert capsys.readouterr().out == f"{silent}: nothing was recorded: nothing was published on 1 topic\n"
+            assert shell(f"bag record -o {tmp_path}/silent.mcap outside --for 300ms") == 1
 
     @pytest.mark.parametrize("qos", ["::,10:99999999999999,0:,:,,", "::,0:,:,:1,99999999999999,0", "::,-5:,:,:,,"])
     def test_publisher_with_impossible_qos_ends_no_recording(self, tmp_path, capsys, qos):
@@ -185,7 +175,7 @@ class TestLab:
         with Bag(path) as bag:
             assert bag.complete
 
-    def test_builtin_type_is_recorded_without_a_node(self, tmp_path, capsys):
+    def test_builtin_type_is_recorded_without_a_node(self, tmp_path, capsys, golden):
         bool_, secret = foreign(Bool), foreign(Secret)
         with join() as peer, peer.advertise("/outside", bool_), peer.advertise("/secret", secret):
             assert main(["bag", "record", "-o", str(tmp_path / "a.mcap"), "outside", "secret", "--for", "300ms"]) == 1
@@ -193,24 +183,19 @@ class TestLab:
         with Bag(tmp_path / "a.mcap") as bag:
             found = {each.topic: each.type_name for each in bag.channels}
         assert found == {"/outside": "std_msgs/msg/Bool", "/parameter_events": "rcl_interfaces/msg/ParameterEvent"}
-        (warning,) = warnings
-        assert warning.startswith("warning: nothing of /secret was recorded: ")
-        assert "Secret" in warning
+        golden("\n".join(warnings), mask={"known: .*": "known: …"})
 
-    def test_two_types_of_one_name_are_distinguished(self, tmp_path, capsys):
+    def test_two_types_of_one_name_are_distinguished(self, tmp_path, capsys, golden):
         description = deepcopy(foreign(Secret).description)
         description["type_description"]["type_name"] = "std_msgs/msg/Bool"
         another = ForeignType("std_msgs/msg/Bool", rihs01(description), description)
         with join() as peer, peer.advertise("/one", foreign(Bool)), peer.advertise("/two", another):
             assert main(["bag", "record", "-o", str(tmp_path / "a.mcap"), "one", "two", "--for", "300ms"]) == 1
-        assert (
-            "warning: nothing of /two was recorded: std_msgs/msg/Bool is another version than busflow"
-            in capsys.readouterr().err
-        )
+        golden("\n".join(line for line in capsys.readouterr().err.splitlines() if line.startswith("warning")))
         with Bag(tmp_path / "a.mcap") as bag:
             assert {each.topic for each in bag.channels} == {"/one", "/parameter_events"}
 
-    def test_full_disk_is_reported_and_leaves_no_file(self, tmp_path):
+    def test_full_disk_is_reported_and_leaves_no_file(self, tmp_path, golden):
         def limit() -> None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
@@ -219,27 +204,16 @@ class TestLab:
         environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
         done = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, env=environment, check=False)
         assert done.returncode == 2
-        assert done.stderr.startswith(f"error: cannot record to {path}: File too large")
+        golden(done.stderr, mask={re.escape(str(tmp_path)): "FOLDER"})
         assert not path.exists()
 
-    def test_a_file_that_is_there_is_left_alone(self, tmp_path, capsys):
+    def test_a_file_that_is_there_is_left_alone(self, tmp_path, shell):
         path = tmp_path / "run.mcap"
         path.write_bytes(b"precious")
-        assert main(["bag", "record", "-o", str(path), "--all"]) == 2
-        assert "is there already" in capsys.readouterr().err
+        assert shell(f"bag record -o {path} --all") == 2
         assert path.read_bytes() == b"precious"
 
 
-def test_wrong_regular_expression_is_refused_at_once(capsys):
-    assert main(["bag", "record", "-e", "*"]) == 2
-    assert capsys.readouterr().err.startswith(
-        "error: invalid regular expression '*': nothing to repeat at position 0; "
-    )
-
-
-@pytest.mark.parametrize(
-    "arguments", [[], ["--all", "imu/data"], ["--all", "-e", "imu"], ["--exclude-topics", "a", "b"]]
-)
-def test_topics_must_be_chosen(tmp_path, capsys, arguments):
-    assert main(["bag", "record", "-o", str(tmp_path / "run.mcap"), *arguments]) == 2
-    assert "name the topics to record, or give --all" in capsys.readouterr().err
+@pytest.mark.parametrize("line", ["-e *", "", "--all imu/data", "--all -e imu", "--exclude-topics a b"])
+def test_wrong_usage_is_refused_at_once(shell, line):
+    assert shell(f"bag record {line}") == 2

@@ -1,5 +1,3 @@
-import json
-import re
 from pathlib import Path
 
 import pytest
@@ -19,62 +17,58 @@ def numbers(tmp_path, monkeypatch):
     return write_numbers(tmp_path / "numbers.mcap", 500)
 
 
-def test_intact_recording_is_right(numbers, capsys):
-    assert main(["bag", "verify", numbers.name]) == 0
-    assert capsys.readouterr().out == "numbers.mcap: all is right: 500 messages were read\n"
+BYTES = {
+    r"byte \d+|\d+ (of \d+ )?messages|and \d+ are": "#",
+    r"(index of channel|bytes of a|INCOMPLETE:) .*": r"\1 …",
+    r"\d+ of the \d+ bytes": "bytes",
+}
+"""Where the file is cut or wrong, which the version of a library decides."""
 
 
-def test_truncated_recording_is_incomplete(numbers, capsys):
+def test_intact_recording_is_right(numbers, shell):
+    assert shell(f"bag verify {numbers.name}") == 0
+
+
+def test_truncated_recording_is_incomplete(numbers, shell):
     content = numbers.read_bytes()
     numbers.write_bytes(content[: len(content) // 2])
-    assert main(["bag", "verify", numbers.name]) == 5
-    assert "numbers.mcap: INCOMPLETE: " in capsys.readouterr().out
+    assert shell(f"bag verify {numbers.name}", mask=BYTES) == 5
 
 
-def test_error_is_shown_with_its_position(numbers, capsys):
+def test_error_is_shown_with_its_position(numbers, shell):
     content = bytearray(numbers.read_bytes())
     content[len(content) // 2] ^= 4
     numbers.write_bytes(content)
-    assert main(["bag", "verify", numbers.name]) == 3
-    said = capsys.readouterr().out
-    assert said.startswith("error: numbers.mcap at byte ")
-    assert "NOT RIGHT" in said
-    assert main(["bag", "verify", numbers.name, "--json"]) == 3
-    answer = json.loads(capsys.readouterr().out)
+    assert shell(f"bag verify {numbers.name}", mask=BYTES) == 3
+    answer = shell.data(f"bag verify {numbers.name}", code=3)
     assert (answer["version"], answer["ok"]) == (1, False)
     assert {each["kind"] for each in answer["findings"]} == {"wrong"}
 
 
-def test_messages_behind_damage_are_counted_not_read(numbers, capsys):
+def test_messages_behind_damage_are_counted_not_read(numbers, shell):
     with Contents(numbers) as contents:
         second = [found.offset for found in contents.beyond_damage() if isinstance(found.record, Chunk)][1]
     content = bytearray(numbers.read_bytes())
     content[second + 100] ^= 0xFF
     numbers.write_bytes(content)
-    assert main(["bag", "verify", numbers.name]) == 3
-    said = capsys.readouterr().out.splitlines()[-1]
-    assert re.fullmatch(r"numbers.mcap: NOT RIGHT: \d+ of \d+ messages, those before the damage, were read", said)
-    assert main(["bag", "verify", numbers.name, "--json"]) == 3
-    answer = json.loads(capsys.readouterr().out)
+    assert shell(f"bag verify {numbers.name}", mask=BYTES) == 3
+    answer = shell.data(f"bag verify {numbers.name}", code=3)
     assert 0 < answer["messages"] < answer["there"] < 500
 
 
-def test_non_recording_is_an_error(tmp_path, capsys):
+def test_non_recording_is_an_error(tmp_path, shell):
     (tmp_path / "a.mcap").write_text("hello")
-    assert main(["bag", "verify", str(tmp_path / "a.mcap")]) == 2
-    assert main(["bag", "recover", str(tmp_path / "a.mcap")]) == 2
-    assert capsys.readouterr().err.count("it is no MCAP") == 2
+    assert shell(f"bag verify {tmp_path}/a.mcap") == 2
+    assert shell(f"bag recover {tmp_path}/a.mcap") == 2
 
 
-def test_a_bit_flipped_outside_the_chunks_is_seen(tmp_path, monkeypatch, capsys):
+def test_a_bit_flipped_outside_the_chunks_is_seen(tmp_path, monkeypatch, shell):
     monkeypatch.chdir(tmp_path)
     assert main(["run", str(LAB), "--sim", "--for", "1s", "--record", "run.mcap"]) == 0
     content = bytearray(Path("run.mcap").read_bytes())
     content[content.rindex(b"exit_code") + 1] ^= 1  # in the ledger, which no other CRC is about but that of the summary
     Path("run.mcap").write_bytes(content)
-    capsys.readouterr()
-    assert main(["bag", "verify", "run.mcap"]) == 3
-    assert "what lies before it is not what its CRC stands for" in capsys.readouterr().out
+    assert shell("bag verify run.mcap", mask=BYTES) == 3
 
 
 HOSTILE = {

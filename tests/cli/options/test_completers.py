@@ -1,10 +1,8 @@
 """Completers: what the tab key offers of a launch file and of plugins, as bash hands its words over."""
 
+from collections.abc import Callable
+
 import pytest
-
-from busflow.cli import main
-
-Captured = pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize(
@@ -23,12 +21,5 @@ Captured = pytest.CaptureFixture[str]
     ],
 )
 @pytest.mark.usefixtures("project")
-def test_launch_file_and_plugins_are_completed(
-    words: str, expected: list[str], monkeypatch: pytest.MonkeyPatch, capsys: Captured
-):
-    monkeypatch.setenv("_BUSFLOW_COMPLETE", "bash_complete")
-    monkeypatch.setenv("COMP_WORDS", f"busflow {words}")
-    monkeypatch.setenv("COMP_CWORD", str(len(words.split())))
-    main([])
-    captured = capsys.readouterr()
-    assert ([line.removeprefix("plain,") for line in captured.out.split()], captured.err) == (expected, "")
+def test_launch_file_and_plugins_are_completed(words: str, expected: list[str], completed: Callable[[str], list[str]]):
+    assert completed(words) == expected

@@ -3,7 +3,6 @@
 Those of `interfaces.py` are in `tests/cli/interface/test_interface.py`.
 """
 
-import json
 import os
 import subprocess
 import sys
@@ -16,7 +15,6 @@ from typing import Any
 import click
 import pytest
 
-from busflow.cli import main
 from busflow.cli.options.bag import listed, named, stretch
 from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, LaunchSource
 from busflow.cli.options.message import wants
@@ -24,6 +22,8 @@ from busflow.cli.options.run import completer, full_type
 from busflow.cli.terminal.message_text import TextForm, Wanted
 from busflow.errors import LaunchError, NoSuchTarget
 from busflow.recording.bag.bag import Bag
+from tests.cli.conftest import Shell
+from tests.golden import Golden
 from tests.recording.conftest import write_numbers
 
 Captured = pytest.CaptureFixture[str]
@@ -35,13 +35,13 @@ class TestBag:
             assert stretch(bag, None, None) == (None, None)
             begin = bag.start_ns or 0
             assert stretch(bag, 0.0, 0.5) == (begin, begin + 500_000_000)
-            with pytest.raises(click.UsageError, match="is beyond the end"):
+            with pytest.raises(click.UsageError):
                 stretch(bag, 1e6, None)
 
     def test_topics_need_no_leading_slash(self, tmp_path: Path):
         with Bag(write_numbers(tmp_path / "numbers.mcap", 1)) as bag:
             assert named(["number"], bag) == named(["/number"], bag) == list(bag.channels)
-            with pytest.raises(NoSuchTarget, match="number"):
+            with pytest.raises(NoSuchTarget):
                 named(["numbr"], bag)
 
     def test_names_are_separated_by_commas(self):
@@ -70,8 +70,7 @@ class TestLaunchFile:
         Path("talk.yaml").write_text(text.replace("plugin: listener", "plugin: lstener") + "nme: talk\n")
         with click.Context(click.Command("run")), pytest.raises(LaunchError) as caught:
             self.source().description()
-        assert "nme" in str(caught.value)
-        assert "lstener" in str(caught.value)
+        assert [each.code for each in caught.value.problems] == ["unknown-plugin", "unknown-key"]
 
     def test_variables_of_the_file_end_with_the_command(self, monkeypatch: pytest.MonkeyPatch):
         monkeypatch.setenv("LAB", "before")
@@ -81,11 +80,6 @@ class TestLaunchFile:
             self.source().description()
             assert (os.environ["LAB"], os.environ["SENSOR"]) == ("lab1", "imu")
         assert (os.environ["LAB"], "SENSOR" in os.environ) == ("before", False)
-
-    @pytest.mark.parametrize("name", ["run.mcap", "driver.py", "robot.xml"])
-    def test_other_files_are_refused_with_advice(self, name: str, capsys: Captured):
-        assert main(["run", name]) == 2
-        assert "busflow " in capsys.readouterr().err.partition(name)[2]
 
     def test_durations_are_seconds_or_have_a_unit(self):
         convert = DURATION.convert
@@ -107,9 +101,9 @@ class TestMessage:
         assert self.wanted("-f").abridger.truncate_after is None
 
     def test_formats_exclude_each_other(self):
-        with pytest.raises(click.UsageError, match="exclude each other"):
+        with pytest.raises(click.UsageError):
             self.wanted("--csv", "--raw")
-        with pytest.raises(click.UsageError, match="leave --field out"):
+        with pytest.raises(click.UsageError):
             self.wanted("--raw", "--field", "data")
 
 
@@ -130,17 +124,11 @@ class TestRun:
 
         assert failing(context, parameter, "") == []
 
-    @pytest.mark.usefixtures("place")
-    def test_missing_run_is_an_error(self, capsys: Captured):
-        assert main(["node", "list"]) == 4
-        assert "nothing is running" in capsys.readouterr().err
-
     @pytest.mark.usefixtures("lab")
-    def test_run_is_joined_by_name(self, capsys: Captured):
-        assert main(["node", "list", "--run", "imu_lab", "--json"]) == 0
-        assert json.loads(capsys.readouterr().out)["run"] == "imu_lab"
+    def test_run_is_joined_by_name(self, shell: Shell):
+        assert shell.data("node list --run imu_lab")["run"] == "imu_lab"
 
-    def test_listeners_end_alike_with_their_run(self, start_run: Callable[..., Any], project: Path):
+    def test_listeners_end_alike_with_their_run(self, start_run: Callable[..., Any], project: Path, golden: Golden):
         run = start_run(project, "talk.yaml")
         run.wait_for("heard")
         verbs = ("topic echo numbers", "topic hz numbers --every 0.1", "log -f", "topic pub -w 0 /x std_msgs/Int64 {}")
@@ -155,5 +143,6 @@ class TestRun:
                 assert each.stdout
                 assert each.stdout.readline()  # by now it has joined
             run.stop()
-            ends = [(each.communicate(timeout=60)[1].splitlines()[-1], each.returncode) for each in listeners]
-        assert ends == [("the run talk has ended", 0)] * 4 + [("error: the run talk has ended", 1)]
+            ends = [each.communicate(timeout=60)[1].splitlines()[-1] for each in listeners]
+        assert [each.returncode for each in listeners] == [0, 0, 0, 0, 1]
+        golden("\n".join(ends))

@@ -1,6 +1,5 @@
 """`busflow param`: its output beside that of `ros2 param` in the same lab."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import pytest
 import yaml
 
 from busflow.cli import main
+from tests.cli.conftest import Shell
 
 Captured = pytest.CaptureFixture[str]
 Said = Callable[[str], str]
@@ -40,17 +40,6 @@ def test_describe_prints_ros2_lines_and_source(capsys: Captured, ros2_said: Said
     assert "  Source: default" in ours
 
 
-def test_sources_shows_each_origin(capsys: Captured):
-    assert main(["param", "sources"]) == 0
-    publisher, *rows, processor = capsys.readouterr().out.splitlines()
-    assert (publisher, processor) == ("/imu_publisher:", "/processor:")
-    assert [row.split() for row in rows] == [
-        ["rate_hz", "10.0", "imu_lab.yaml:6:27"],
-        ["frame_id", "imu_link", "default"],
-        ["joint_count", "10", "default"],
-    ]
-
-
 def test_a_dump_goes_to_a_file(tmp_path: Path, capsys: Captured):
     file = tmp_path / "publisher.yaml"
     assert main(["param", "dump", "imu_publisher", "--output", str(file)]) == 0
@@ -58,44 +47,38 @@ def test_a_dump_goes_to_a_file(tmp_path: Path, capsys: Captured):
     assert yaml.safe_load(file.read_text())["/imu_publisher"]["ros__parameters"]["frame_id"] == "imu_link"
 
 
-def test_json_says_all_of_a_parameter(capsys: Captured):
-    assert main(["param", "get", "imu_publisher", "rate_hz", "--json"]) == 0
-    answer = json.loads(capsys.readouterr().out)
+def test_json_says_all_of_a_parameter(shell: Shell):
+    answer = shell.data("param get imu_publisher rate_hz")
     assert {"version": 1, "run": "imu_lab", "node": "/imu_publisher", "value": 10.0, "ros_type": "double"}.items() <= (
         answer.items()
     )
     assert answer["bounds"]["maximum"] == 1000
-    assert main(["param", "list", "--json"]) == 0
-    answer = json.loads(capsys.readouterr().out)
-    assert [(node["name"], len(node["parameters"])) for node in answer["nodes"]] == [
+    assert [(node["name"], len(node["parameters"])) for node in shell.data("param list")["nodes"]] == [
         ("/imu_publisher", 3),
         ("/processor", 0),
     ]
 
 
 @pytest.mark.parametrize(
-    ("command", "expected"),
+    ("line", "code"),
+    [("sources", 0), ("get imu_publisher rate", 4), ("list imu_publishr", 4), ("list --run imu", 4)],
+)
+def test_output(shell: Shell, line: str, code: int):
+    assert shell(f"param {line}") == code
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
     [
-        ("get imu_publisher rate", "/imu_publisher has no parameter 'rate'; did you mean 'rate_hz'?"),
-        ("list imu_publishr", "there is no node /imu_publishr; did you mean '/imu_publisher'?"),
-        ("list --run imu", "there is no run 'imu'; did you mean 'imu_lab'?"),
+        ("param get ", ["imu_publisher", "processor"]),
+        ("param get /imu", ["/imu_publisher"]),
+        ("param get imu_publisher ra", ["rate_hz"]),
+        ("param set imu_publisher ra", ["rate_hz"]),
+        ("param list --run ", ["imu_lab"]),
+        ("topic echo im", ["imu/data"]),
+        ("topic hz imu/data /j", ["/joint_states"]),
+        ("topic find sensor", ["sensor_msgs/msg/Imu", "sensor_msgs/msg/JointState"]),
     ],
 )
-def test_unknown_name_gets_the_nearest(capsys: Captured, command: str, expected: str):
-    assert main(["param", *command.split()]) == 4
-    assert capsys.readouterr() == ("", f"error: {expected}\n")
-
-
-def test_names_are_completed_from_the_run(monkeypatch: pytest.MonkeyPatch, capsys: Captured):
-    for words, expected in (
-        ("busflow param get ", ["plain,imu_publisher", "plain,processor"]),
-        ("busflow param get /imu", ["plain,/imu_publisher"]),
-        ("busflow param get imu_publisher ra", ["plain,rate_hz"]),
-        ("busflow param set imu_publisher ra", ["plain,rate_hz"]),
-        ("busflow param list --run ", ["plain,imu_lab"]),
-    ):
-        monkeypatch.setenv("_BUSFLOW_COMPLETE", "bash_complete")
-        monkeypatch.setenv("COMP_WORDS", words)
-        monkeypatch.setenv("COMP_CWORD", str(len(words.split(" ")) - 1))
-        main([])
-        assert capsys.readouterr().out.splitlines() == expected
+def test_names_are_completed_from_the_run(words: str, expected: list[str], completed: Callable[[str], list[str]]):
+    assert completed(words) == expected

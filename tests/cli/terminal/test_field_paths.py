@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from busflow.cli.terminal.field_paths import Absent, Shape, parse_path, value_at
 from busflow.errors import InvalidInput
 from busflow.interfaces.encoding.description import Count
+from tests.golden import Golden
 
 POINT = Shape("g/msg/Point", {"x": Shape("float64")})
 CLOUD = Shape(
@@ -38,31 +39,31 @@ def test_a_path_is_read(text: str, path: tuple[str | int, ...]):
 
 
 @pytest.mark.parametrize(
-    ("text", "column", "expected"),
+    ("text", "column"),
     [
-        ("nme", 1, "has no field nme"),
-        ("points.x", 8, "followed by an index"),
-        ("points[0].y", 11, "g/msg/Point has no field y"),
-        ("name.x", 6, "a string has no fields"),
-        ("name[0]", 5, "a string is not a sequence"),
-        ("", 1, "a field is missing"),
-        ("name.", 6, "a path is"),
-        ("[0]", 1, "a path is"),
-        ("points..x", 8, "a path is"),
-        ("points[0]x", 10, "a path is"),
-        ("points[99999999999]", 7, "a path is"),
-        ("spread[9]", 7, "there is no item 9, there are 9\n  spread[9]\n        ^^^\n  fix: the last one is [8]"),
-        ("spread[-10]", 7, "there is no item -10, there are 9"),
-        ("few[3]", 4, "there is no item 3, there are at most 3"),
+        ("nme", 1),
+        ("points.x", 8),
+        ("points[0].y", 11),
+        ("name.x", 6),
+        ("name[0]", 5),
+        ("", 1),
+        ("name.", 6),
+        ("[0]", 1),
+        ("points..x", 8),
+        ("points[0]x", 10),
+        ("points[99999999999]", 7),
+        ("spread[9]", 7),
+        ("spread[-10]", 7),
+        ("few[3]", 4),
     ],
 )
-def test_invalid_path_is_shown_with_a_caret(text: str, column: int, expected: str):
-    with pytest.raises(InvalidInput) as caught:
+def test_invalid_path_is_shown_with_a_caret(text: str, column: int, golden: Golden):
+    with golden.raises(InvalidInput) as caught:
         parse_path(text, "--field", CLOUD)
+    assert isinstance(caught.value, InvalidInput)
     place = caught.value.problem.place
     assert place is not None
     assert (place.file, place.column) == ("--field", column)
-    assert expected in str(caught.value)
 
 
 @given(st.text())

@@ -13,8 +13,8 @@ from busflow.errors import InvalidInput
 from busflow.interfaces.encoding.description import Count
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
-from busflow.launchfile.load.language import MAX_LENGTH
 from busflow.msgs.sensor_msgs import JointState
+from tests.golden import Golden
 
 MESSAGE = {
     "header": {"frame_id": "imu_link", "stamp": {"sec": 3, "nanosec": 0}},
@@ -69,57 +69,43 @@ def test_the_whole_may_be_a_number():
 
 
 @pytest.mark.parametrize(
-    ("text", "expected"),
+    "text",
     [
-        ("data >", "a value is missing"),
-        ("data = 1", "'=' is not part of the language"),
-        ("data && ok", "write and"),
-        ("(data > 1", "')' is missing"),
-        ("data > 1 ok", "'ok' is not expected here"),
-        ("name == 'a", "a quote is never closed"),
-        ("open('x')", "there is no function open"),
-        ("__import__('os')", "there is no function __import__"),
-        ("data.__class__", "__class__"),
-        ("lambda: 1", "':' is not part of the language"),
-        ("-" * 40 + "1", "nests at most"),
-        ("(" * 40, "nests at most"),
-        ("1 == 1 or " * 200, f"at most {MAX_LENGTH} characters"),
-        ("", "a value is missing"),
-        ("and", "a value is missing before 'and'"),
+        "data >",
+        "data = 1",
+        "data && ok",
+        "(data > 1",
+        "data > 1 ok",
+        "name == 'a",
+        "open('x')",
+        "__import__('os')",
+        "data.__class__",
+        "lambda: 1",
+        "-" * 40 + "1",
+        "(" * 40,
+        "",
+        "and",
     ],
 )
-def test_mistake_is_explained(text: str, expected: str):
-    with pytest.raises(InvalidInput) as caught:
-        assert parse_filter(text, Shape("x/msg/X", {"data": Shape("float64"), "ok": Shape("bool")}))({})
-    assert expected in str(caught.value)
+def test_mistake_is_explained(text: str, golden: Golden):
+    with golden.raises(InvalidInput):
+        parse_filter(text, Shape("x/msg/X", {"data": Shape("float64"), "ok": Shape("bool")}))
 
 
-def test_caret_shows_the_unknown_field():
-    with pytest.raises(InvalidInput) as caught:
+def test_length_is_limited(golden: Golden):
+    with golden.raises(InvalidInput, mask={r"(?m)^  .*\n?": ""}):
+        parse_filter("1 == 1 or " * 200)
+
+
+def test_caret_shows_the_unknown_field(golden: Golden):
+    with golden.raises(InvalidInput):
         parse_filter("header.stamp.secs > 3", JOINTS)
-    assert str(caught.value).splitlines() == [
-        "--filter:1:14: error: builtin_interfaces/msg/Time has no field secs",
-        "  header.stamp.secs > 3",
-        "               ^^^^",
-        "  fix: did you mean 'sec'?",
-    ]
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("name > 3", "cannot compare ('a', 'b') with 3"),
-        ("data and ok", "'and' needs true or false, got 0.5"),
-        ("data", "a filter needs true or false"),
-        ("header + 1 > 0", "calculates with numbers"),
-        ("3 in data", "cannot look for 3 in 0.5"),
-        ("len(data) > 1", "len() cannot take 0.5"),
-    ],
-)
-def test_unfit_values_are_errors(text: str, expected: str):
-    with pytest.raises(InvalidInput) as caught:
+@pytest.mark.parametrize("text", ["name > 3", "data and ok", "data", "header + 1 > 0", "3 in data", "len(data) > 1"])
+def test_unfit_values_are_errors(text: str, golden: Golden):
+    with golden.raises(InvalidInput):
         parse_filter(text)(MESSAGE)
-    assert expected in str(caught.value)
 
 
 PIECES = st.sampled_from(["m.a", "(", ")", "and", "or", "not", "in", "len(", "1", "'x'", *"+-*/%<,.", "==", "[0]"])

@@ -8,6 +8,7 @@ import pytest
 
 from busflow.cli import main
 from busflow.cli.terminal.table import Column, bare, narrowed, table_lines
+from tests.golden import Golden
 
 LEDGER = (Column("topic"), Column("type", short=bare, goes=1), Column("rate", right=True, goes=2), Column("lost"))
 ROWS = [("/imu/data", "sensor_msgs/msg/Imu", "9.0 Hz", 0), ("  → /filter", "depth 5, drop_oldest", "", 12)]
@@ -21,65 +22,34 @@ def laid(width: int | None, rows: list[tuple[object, ...]] = ROWS, columns: tupl
     return [re.sub(r"\x1b\[[0-9;]*m", "", line) for line in lines]
 
 
-def test_wide_table_is_unchanged():
-    whole = [
-        "topic        type                    rate  lost",
-        "/imu/data    sensor_msgs/msg/Imu   9.0 Hz  0",
-        "  → /filter  depth 5, drop_oldest          12",
-    ]
-    assert laid(None) == laid(47) == whole
+LONG = [("/left/arm/joint_states", "sensor_msgs/msg/JointState", "9.0 Hz", 0), ("  → /filter", "depth 5", "", 12)]
+FLOWS = (Column("node"), *(Column(title) for title in ("delivered", "dropped", "queued")))
+FOLDING = (Column(), Column(folds=True))
+TABLES: dict[str, tuple[int | None, list[tuple[object, ...]], tuple[Column, ...]]] = {
+    "any width": (None, ROWS, LEDGER),
+    "short types": (46, ROWS, LEDGER),
+    "no types": (33, ROWS, LEDGER),
+    "no rates": (24, ROWS, LEDGER),
+    "long names on lines of their own": (26, LONG, LEDGER),
+    "sentences": (25, [("/a", 10, 2, ""), ("/arm/left/elbow/joint_states", 1, 2, 3)], FLOWS),
+    "a folded column": (30, [("rate_hz", "How often the sensors publish, Hz."), ("noise", "")], FOLDING),
+    "a long word in a folded column": (30, [("from", "/a/b " + "x" * 26)], FOLDING),
+    "a path that folds": (31, [("from", "/a/" + "x" * 25)], FOLDING),
+    "a path that does not fold": (28, [("from", "/" + "x" * 22)], FOLDING),
+    "wide characters": (None, [("あい", 1), ("abcd", 2)], ()),
+}
 
 
-@pytest.mark.parametrize(
-    ("width", "head", "row"),
-    [
-        (46, "topic        type       rate  lost", "/imu/data    Imu      9.0 Hz  0"),
-        (33, "topic          rate  lost", "/imu/data    9.0 Hz  0"),
-        (24, "topic        lost", "/imu/data    0"),
-    ],
-)
-def test_types_are_shortened_then_columns_left_out(width: int, head: str, row: str):
-    assert laid(width)[:2] == [head, row]
+@pytest.mark.parametrize("case", TABLES)
+def test_output(case: str, golden: Golden):
+    lines = laid(*TABLES[case])
+    golden("\n".join(lines))
+    width = TABLES[case][0]
+    assert width is None or all(len(line) <= width for line in lines)
 
 
-def test_long_names_get_lines_of_their_own():
-    rows = [("/left/arm/joint_states", "sensor_msgs/msg/JointState", "9.0 Hz", 0), ("  → /filter", "depth 5", "", 12)]
-    assert laid(26, rows) == [
-        "topic",
-        "  type          rate  lost",
-        "/left/arm/joint_states",
-        "  JointState  9.0 Hz  0",
-        "  → /filter",
-        "  depth 5             12",
-    ]
-
-
-def test_narrowest_table_becomes_sentences():
-    columns = (Column("node"), *(Column(title) for title in ("delivered", "dropped", "queued")))
-    assert laid(25, [("/a", 10, 2, ""), ("/arm/left/elbow/joint_states", 1, 2, 3)], columns) == [
-        "/a",
-        "  delivered 10, dropped 2",
-        "/arm/left/elbow/",
-        "joint_states",
-        "  delivered 1, dropped 2,",
-        "  queued 3",
-    ]
-
-
-def test_folding_column_keeps_words_whole():
-    columns = (Column(), Column(folds=True))
-    assert laid(30, [("rate_hz", "How often the sensors publish, Hz."), ("noise", "")], columns) == [
-        "rate_hz  How often the sensors",
-        "         publish, Hz.",
-        "noise",
-    ]
-    assert laid(30, [("from", "/a/b " + "x" * 26)], columns) == ["from", "  /a/b", "  " + "x" * 26]
-
-
-def test_folding_column_keeps_the_words_of_paths():
-    columns = (Column(), Column(folds=True))
-    assert laid(31, [("from", "/a/" + "x" * 25)], columns) == ["from  /a/", "      " + "x" * 25]
-    assert laid(28, [("from", "/" + "x" * 22)], columns) == ["from", "  /" + "x" * 22]
+def test_table_that_just_fits_is_unchanged():
+    assert laid(47) == laid(None)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +74,6 @@ def test_names_are_cut_before_figures_in_rows(room: int, titles: list[str], firs
 
 
 def test_wide_characters_take_two_places():
-    assert laid(None, [("あい", 1), ("abcd", 2)], ()) == ["あい  1", "abcd  2"]
     assert all(len(line) <= 10 for line in laid(12, [("あい", "うえお かきく")], (Column(), Column(folds=True))))
 
 

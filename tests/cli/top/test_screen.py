@@ -14,30 +14,11 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, RichLog, Static
 
-from busflow.cli import main
 from busflow.cli.top.screen import Top
 from busflow.wire.client.client import join
+from tests.cli.conftest import LABS, Shell
 
 PATIENCE_S = 60.0
-ARM = """
-from busflow import Node, RunningGoal, action, action_client
-from busflow.msgs.example_interfaces import Fibonacci
-
-
-class Arm(Node):
-    count = action_client(Fibonacci, "~/count")
-
-    @action(Fibonacci, "~/count", when_busy="parallel")
-    async def on_count(self, goal: RunningGoal[Fibonacci]) -> Fibonacci.Result:
-        while goal.request.order:
-            await self.clock.sleep(3600)
-        return Fibonacci.Result()
-
-    async def run(self) -> None:
-        await self.count.run(Fibonacci.Goal())
-        self.log.info("works")
-        await self.count.run(Fibonacci.Goal(order=1))
-"""
 
 
 def rows(app: Top, name: str) -> dict[str, list[str]]:
@@ -156,7 +137,7 @@ def test_a_pause_keeps_the_picture_and_goes_on():
 
 
 def test_goals_are_shown_at_both_ends(stand: Callable[..., Any], monkeypatch: pytest.MonkeyPatch):
-    place, run = stand("goals", "name: goals\nplugins: [plugins]\nnodes: {arm: {plugin: arm}}\n", {"arm": ARM})
+    place, run = stand(LABS / "goals.yaml")
     run.wait_for("works")
     place.look(monkeypatch)
 
@@ -211,9 +192,8 @@ def test_snapshot_during_closing_is_not_shown():
 
 
 @pytest.mark.usefixtures("place")
-def test_missing_terminal_or_run_is_reported(capsys: pytest.CaptureFixture[str]):
-    assert main(["top"]) == 2
-    assert "needs a terminal" in capsys.readouterr().err
+def test_missing_terminal_or_run_is_reported(shell: Shell):
+    assert shell("top") == 2
 
 
 @pytest.mark.usefixtures("lab")

@@ -11,6 +11,7 @@ from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.launchfile.yaml.document import MAX_BYTES
 from busflow.msgs.std_msgs import Float64
+from tests.golden import Golden
 
 
 def lines(text: bytes) -> MessageLines:
@@ -25,23 +26,16 @@ def test_each_line_is_a_message():
 
 
 @pytest.mark.parametrize(
-    ("line", "expected"),
-    [
-        (
-            b"{data: oops}",
-            "standard input:3:8: error: std_msgs/msg/Float64: data: 'oops' is not a valid float64\n  {data: oops}\n",
-        ),
-        (b'{"data": 1', "standard input:3:1: error: "),
-        (b"1.5", "standard input:3:1: error: std_msgs/msg/Float64 takes its fields by name"),
-        (b"{data: \xff}", "standard input:3:"),
-        (b"x" * (MAX_BYTES + 1), f"standard input:3:1: error: the line has more than {MAX_BYTES} bytes\n"),
-    ],
+    "line",
+    [b"{data: oops}", b'{"data": 1', b"1.5", b"{data: \xff}", b"x" * (MAX_BYTES + 1)],
     ids=["value", "unfinished", "no field", "no text", "too long"],
 )
-def test_bad_line_has_its_place_and_a_fix(line: bytes, expected: str):
+def test_bad_line_has_its_place_and_a_fix(line: bytes, golden: Golden):
     stream = iter(lines(b"{data: 1}\n\n" + line + b"\n{data: 2}"))
     assert next(stream).at(0) == {"data": 1}
-    with pytest.raises(InvalidInput) as raised:
+    with golden.raises(InvalidInput) as raised:
         next(stream)
-    assert str(raised.value).startswith(expected)
-    assert "  fix: " in str(raised.value)
+    assert isinstance(raised.value, InvalidInput)
+    place = raised.value.problem.place
+    assert place is not None
+    assert (place.file, place.line) == ("standard input", 3)

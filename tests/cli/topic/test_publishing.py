@@ -14,6 +14,7 @@ from busflow.cli import main
 from busflow.wire.client.client import join
 from busflow.wire.zenoh.keys import GRAPH, Token, TokenKind, topic_key
 from busflow.wire.zenoh.qos_text import to_text
+from tests.cli.conftest import Shell
 
 Captured = pytest.CaptureFixture[str]
 
@@ -37,7 +38,7 @@ def test_published_messages_arrive():
     assert arrived == [0.5, 1.5, 2.5, 3.5, 4.5]
 
 
-def test_lines_of_stdin_arrive_until_a_bad_one():
+def test_lines_of_stdin_arrive_until_a_bad_one(shell: Shell):
     command = [sys.executable, "-m", "busflow", "topic", "pub", "--stdin", "cmd", FLOAT]
     text = '{"data": 1.5}\n\n{data: 2.5}\n'
     with join() as peer, peer.listen(peer.graph().topic("commanded")) as listener:
@@ -48,76 +49,55 @@ def test_lines_of_stdin_arrive_until_a_bad_one():
             assert done.stdout.startswith("publisher: beginning loop\npublishing #1: std_msgs.msg.Float64(data=1.5)")
             assert done.returncode == (2 if "high" in lines else 0)
         assert listener.get(0) is None
-    assert done.stderr.startswith(
-        "standard input:4:8: error: std_msgs/msg/Float64: data: 'high' is not a valid float64"
-    )
+    shell.note(done.stderr)
 
 
-def test_as_often_and_as_fast_as_asked_for(capsys: Captured):
-    assert main(["topic", "pub", "-t", "5", "-r", "200", "-p", "2", "cmd", FLOAT, "--json"]) == 0
-    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+def test_as_often_and_as_fast_as_asked_for(shell: Shell):
+    lines = [json.loads(line) for line in shell.text(f"topic pub -t 5 -r 200 -p 2 cmd {FLOAT} --json").splitlines()]
     assert [line["count"] for line in lines] == [2, 4]
     assert lines[0] == {"version": 1, "topic": "/cmd", "count": 2, "message": {"data": 0.0}}
 
 
-def test_unused_builtin_type_can_be_published(capsys: Captured):
-    values = "{header: auto, position: [1, 2]}"
-    assert main(["topic", "pub", "-t", "1", "-w", "0", "x", "sensor_msgs/msg/JointState", values]) == 0
-    out, err = capsys.readouterr()
-    assert "sensor_msgs.msg.JointState(header=std_msgs.msg.Header(stamp=builtin_interfaces.msg.Time(sec=1" in out
-    assert "position=[1.0, 2.0]" in out
-    assert err.startswith("warning: /x has no subscription; ")
-
-
-def test_a_type_that_only_the_run_knows(capsys: Captured):
-    assert main(["topic", "pub", "-t", "1", "-w", "0", "note", "odd/msg/Note", "{text: hi}"]) == 0
-    assert "publishing #1: {'text': 'hi'}" in capsys.readouterr().out
+UNKNOWN = {"; known: .*|; did you mean '/.*": "; …", r"sec=\d+": "sec=#", r"(?m)^(\$ .*)": r"\1"}
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "expected"),
+    ("line", "code"),
     [
-        (["cmd", FLOAT, "{data: 1}", "--stdin"], 2, "--stdin reads the values: leave VALUES out"),
-        (["cmd", FLOAT, "{data: oops}"], 2, "data: 'oops' is not a valid float64\n  {data: oops}\n         ^^^^\n"),
-        (["cmd", FLOAT, "{value: 1.0}"], 2, "has no field 'value'; known: data"),
-        (["cmd", FLOAT, "{data: 1.0"], 2, "this bracket is never closed"),
-        (["cmd", FLOAT, "1.0"], 2, "fix: write data: 1.0"),
-        (["cmd", "std_msgs/msg/String", "{data: a}"], 2, "/cmd has the type std_msgs/msg/Float64, not"),
-        (["cmd", "{data: 1}"], 2, "fix: write the type before it; busflow topic type NAME shows the type"),
-        (["cmd", "std_msgs/msg/Flot64"], 2, "did you mean 'std_msgs/msg/Float64'?"),
-        (["cmd", "Imu"], 2, "no type 'Imu'; did you mean 'sensor_msgs/msg/Imu'?"),
-        (["cmd", "std_srvs/srv/Trigger"], 2, "std_srvs/srv/Trigger is a service"),
-        (["1cmd", FLOAT], 2, "starts with a digit"),
-        (["cmd", FLOAT, "-r", "1e-320"], 2, "1e-320 is not in the range"),
-        (["cmd", FLOAT, "--qos-depth", "9999999999"], 2, "9999999999 is not in the range"),
-        (["cmd", FLOAT, "-1", "-t", "2"], 2, "exclude each other"),
+        ("-t 1 -w 0 x sensor_msgs/msg/JointState '{header: auto, position: [1, 2]}'", 0),
+        ("-t 1 -w 0 note odd/msg/Note '{text: hi}'", 0),  # a type that only the run knows
+        ("-t 1 -w 0 --qos-reliability best_effort cmd std_msgs/msg/Float64", 0),
+        ("--once --max-wait-time-secs 0.01 nobody std_msgs/msg/Float64", 1),
+        ("cmd std_msgs/msg/Float64 '{data: 1}' --stdin", 2),
+        ("cmd std_msgs/msg/Float64 '{data: oops}'", 2),
+        ("cmd std_msgs/msg/Float64 '{value: 1.0}'", 2),
+        ("cmd std_msgs/msg/Float64 '{data: 1.0'", 2),
+        ("cmd std_msgs/msg/Float64 1.0", 2),
+        ("cmd std_msgs/msg/String '{data: a}'", 2),
+        ("cmd '{data: 1}'", 2),
+        ("cmd std_msgs/msg/Flot64", 2),
+        ("cmd Imu", 2),
+        ("cmd std_srvs/srv/Trigger", 2),
+        ("1cmd std_msgs/msg/Float64", 2),
+        ("cmd std_msgs/msg/Float64 -r 1e-320", 2),
+        ("cmd std_msgs/msg/Float64 --qos-depth 9999999999", 2),
+        ("cmd std_msgs/msg/Float64 -1 -t 2", 2),
     ],
 )
-def test_invalid_message_is_refused_before_publishing(capsys: Captured, arguments: list[str], code: int, expected: str):
-    assert main(["topic", "pub", *arguments]) == code
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert expected in err
+def test_output(shell: Shell, line: str, code: int):
+    assert shell(f"topic pub {line}", mask=UNKNOWN) == code
+    assert code != 2 or shell.out == "", "an invalid message is refused before any is published"
 
 
-def test_it_waits_for_a_subscription_until_ctrl_c():
+def test_it_waits_for_a_subscription_until_ctrl_c(shell: Shell):
     command = [sys.executable, "-m", "busflow", "topic", "pub", "--once", "nobody", FLOAT]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it:
         assert it.stdout is not None
-        assert it.stdout.readline() == "Waiting for at least 1 matching subscription(s)...\n"
+        shell.note(it.stdout.readline())
         it.send_signal(signal.SIGINT)
         _, err = it.communicate(timeout=60)
     assert it.returncode == 130
-    warning, advice = err.splitlines()
-    assert warning.startswith("warning: /nobody has no subscription; ")
-    assert advice.endswith("-w 0")
-
-
-def test_it_waits_no_longer_than_asked_for(capsys: Captured):
-    assert main(["topic", "pub", "--once", "--max-wait-time-secs", "0.01", "nobody", FLOAT]) == 1
-    out, err = capsys.readouterr()
-    assert "publishing" not in out
-    assert err.splitlines()[-1] == "error: /nobody did not have 1 subscription within 0.01 s"
+    shell.note(err, mask=UNKNOWN)
 
 
 def test_offered_qos_is_visible_in_the_graph():
@@ -130,12 +110,6 @@ def test_offered_qos_is_visible_in_the_graph():
         it.send_signal(signal.SIGINT)
         it.communicate(timeout=60)
     assert (offer.depth, offer.reliability, offer.durability) == (3, "best_effort", "transient_local")
-
-
-def test_insufficient_qos_is_warned_of(capsys: Captured):
-    assert main(["topic", "pub", "-t", "1", "-w", "0", "--qos-reliability", "best_effort", "cmd", FLOAT]) == 0
-    why = "reliability: best_effort is offered, reliable is requested"
-    assert capsys.readouterr().err == f"warning: /odds does not receive /cmd: {why}\n"
 
 
 def test_a_strict_subscription_receives_what_is_published(capsys: Captured):

@@ -75,7 +75,8 @@ def test_file_of_the_largest_size_is_sent(packages: dict[str, Path]):
 def served(folder: Path, launch: str) -> Iterator[Served]:
     """A launch file with a package beside it, served."""
     furnished(folder)
-    with standing(folder, "lab", launch, {}) as (place, run):
+    (folder / "lab.yaml").write_text(launch, "utf-8")
+    with standing(folder / "lab.yaml") as (place, run):
         run.wait_for("All sensors operational")
         with serving(place) as found:
             yield found

@@ -32,32 +32,6 @@ nodes:
   page_index: {plugin: page_index, parameters: {pages: [PAGES], look_hz: 20}}
   assistant: {plugin: assistant}
 """
-STARTING = """\
-from busflow import TRANSIENT_LOCAL, Node, Parameters, on_parameters, publisher, service
-from busflow_assistant.messages import AskText, AssistantState
-
-
-class StartingParameters(Parameters):
-    host: str = ""
-
-
-class Starting(Node):
-    # An assistant that says what it is when it is given a host.
-
-    parameters: StartingParameters
-    state = publisher(AssistantState, "assistant/state", qos=TRANSIENT_LOCAL)
-
-    async def start(self) -> None:
-        self.log.info("it starts")
-
-    @on_parameters
-    def read(self, old: StartingParameters) -> None:
-        self.state.publish(AssistantState(pages=1, engine="extractive", host=self.parameters.host, model="m"))
-
-    @service(AskText, "assistant/ask")
-    def ask(self, request: AskText.Request) -> AskText.Response:
-        return AskText.Response()
-"""
 RATE = "How often does the sensor publisher publish data?"
 
 
@@ -225,9 +199,8 @@ def test_without_an_assistant_the_page_says_so(reading: Reading):
     assert asked(page, RATE)["answered"]
 
 
-def test_an_assistant_runs_once_its_host_is_known(show: Callable[..., Any], tmp_path: Path):
-    launch = "name: starting\nplugins: [plugins]\nnodes: {starting: {plugin: starting}}\n"
-    with standing(tmp_path, "starting", launch, {"starting": STARTING}) as (place, run):
+def test_an_assistant_runs_once_its_host_is_known(show: Callable[..., Any]):
+    with standing(ROOT / "ui/tests/labs/starting.yaml") as (place, run):
         run.wait_for("it starts")
         page = show(environment=place.environment).page()
         page.until(lambda _: "/assistant/state" in page.channels)

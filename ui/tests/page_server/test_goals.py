@@ -4,6 +4,7 @@ import base64
 import re
 import uuid
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,38 +15,14 @@ from busflow.msgs.action_msgs import GoalStatusArray
 from busflow.msgs.example_interfaces import Fibonacci
 from ui.tests.page_server.conftest import Page
 
-LAUNCH = "name: counting\nplugins: [plugins]\nnodes:\n  counter: {plugin: counter}\n"
-COUNTER = '''
-from busflow import Node, RunningGoal, action
-from busflow.msgs.example_interfaces import Fibonacci
-
-
-class Counter(Node):
-    """Counts to the order of a goal; to 0 it counts for ever."""
-
-    async def start(self) -> None:
-        self.log.info("it counts")
-
-    @action(Fibonacci, "~/count", when_busy="parallel", at_most=20)
-    async def count(self, goal: RunningGoal[Fibonacci]) -> Fibonacci.Result:
-        numbers = [1]
-        while len(numbers) != goal.request.order:
-            goal.feedback(Fibonacci.Feedback(sequence=numbers[-9:]))
-            await self.clock.sleep(0.02)
-            numbers.append(len(numbers) + 1)
-        return Fibonacci.Result(sequence=numbers)
-
-    @count.accepts
-    def possible(self, request: Fibonacci.Goal) -> bool | str:
-        return True if request.order >= 0 else f"it does not count to {request.order}"
-'''
+LABS = Path(__file__).parents[1] / "labs"
 ACTION = "/counter/count"
 
 
 @pytest.fixture(scope="module")
 def environment(stand: Callable[..., Any]) -> dict[str, str]:
     """That of a run with the node."""
-    place, run = stand("counting", LAUNCH, {"counter": COUNTER})
+    place, run = stand(LABS / "counting.yaml")
     run.wait_for("it counts")
     found: dict[str, str] = place.environment
     return found

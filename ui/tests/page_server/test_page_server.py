@@ -386,10 +386,10 @@ def test_a_page_comes_back_with_the_next_run(own_lab: tuple[Any, Any], lab_folde
         again.stop()
 
 
-def test_an_end_names_the_last_errors(show: Any, tmp_path: Path):
-    from tests.cli.conftest import LAUNCH, LISTENER, TALKER, standing
+def test_an_end_names_the_last_errors(show: Any):
+    from tests.cli.conftest import LABS, standing
 
-    with standing(tmp_path, "talk", LAUNCH, {"talker": TALKER, "listener": LISTENER}) as (place, run):
+    with standing(LABS / "talk.yaml") as (place, run):
         run.wait_for("heard")
         page = show(environment=place.environment).page()
         page.subscribe("/numbers")

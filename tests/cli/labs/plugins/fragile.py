@@ -1,0 +1,17 @@
+import time
+
+from busflow import Node, timer
+
+
+class Fragile(Node):
+    lives = 0
+
+    async def start(self) -> None:
+        Fragile.lives += 1
+
+    @timer(0.05)
+    def beat(self) -> None:
+        if Fragile.lives == 1:
+            raise ValueError("not yet")
+        if self.beat.fired == 3:
+            time.sleep(0.4)
