@@ -8,7 +8,7 @@ import pytest
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, LivelinessLost
 from busflow.bus.publisher import Publisher
-from busflow.bus.qos import TRANSIENT_LOCAL, QoS
+from busflow.bus.qos import QoS
 from busflow.errors import IncompatibleType, NotRunning, SendTimeout, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.msgs.std_msgs import Int64, String
@@ -106,15 +106,6 @@ async def test_publish_without_room_or_turn_says_who_is_slow(golden, make_bench)
 
 
 @virtual_time
-async def test_preset_transient_local_keeps_the_last_message(make_bench):
-    bench, latched = make_bench(), dict(TRANSIENT_LOCAL)
-    publisher = bench.publisher(**latched)
-    publisher.publish(number(1))
-    publisher.publish(number(2))
-    assert queued(bench.subscription(**latched)) == [2]
-
-
-@virtual_time
 @pytest.mark.parametrize(
     ("offered", "requested", "received"),
     [
@@ -144,6 +135,23 @@ async def test_send_timeout_names_the_full_subscription(golden, make_bench):
         await publisher.send(number(2))
     assert loop.time() - began == 0.25
     assert (publisher.published, queued(lossy)) == (1, [1])
+
+
+@virtual_time
+async def test_send_waits_for_a_full_late_joiner(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(durability="transient_local")
+    slow = bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await settle()
+    assert slow.latest == number(1)
+    late = bench.subscription(overflow="block", depth=1, durability="transient_local")
+    await settle()
+    assert not sending.done()
+    assert late.latest == number(1)
+    await sending
+    assert queued(slow) == queued(late) == [2]
 
 
 @virtual_time

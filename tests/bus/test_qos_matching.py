@@ -8,18 +8,10 @@ from hypothesis import strategies as st
 
 from busflow.bus.qos import PRESETS, Durability, Liveliness, QoS, Reliability
 from busflow.bus.qos_matching import Verdict, compatibility
+from tests.bus.test_qos import profile
 from tests.vectors import each_case, suite
 
 COMPAT = suite("a_qos_compat")
-
-
-def profile(fields):
-    """A case's profile. The history is left out where it decides nothing, for busflow has but one."""
-    names = {"lease_ns": "lease_s", "deadline_ns": "deadline_s", "lifespan_ns": "lifespan_s"}
-    known = {names.get(key, key): value for key, value in fields.items() if key not in ("history", "id")}
-    for name in set(names.values()) & {names.get(key) for key in fields if key.endswith("_ns")}:
-        known[name] = known[name] / 1e9 if known[name] is not None else None
-    return QoS.model_validate(known)
 
 
 def check_pair(pub, sub, expect, policies):

@@ -45,18 +45,8 @@ NUMBERS = [0, 1, 255, 256, -1, 2**70, 0.1, 1e300, math.inf, True, None, "1", "",
 TEXTS = ["", "a", "four", "é", "ééé", "\ud800", b"a", 1, None]
 LISTS = [(), [], [1.0, 2.0], (1, 2), [1, "a"], [True], np.zeros(2), np.zeros(3, np.float32), b"ab", "ab", {1, 2}, 3]
 SEQUENCES = [
-    (),
-    ["a"],
-    ("a", "é"),
-    ["a", "b", "c"],
-    ["\ud800"],
-    ["a", 1],
-    "ab",
-    {"a"},
-    [Vector3(x=1)],
-    [Labelled()],
-    [{}],
-]
+    (), ["a"], ("a", "é"), ["a", "b", "c"], ["\ud800"], ["a", 1], "ab", {"a"}, [Vector3(x=1)], [Labelled()], [{}],
+]  # fmt: skip
 MESSAGES = [Vector3(y=2.0), Labelled(x=1.0), Point(), {"x": 3}, {"x": "3"}, None, 1, ClockTime(5), Time(sec=1)]
 GIVEN = {
     **dict.fromkeys(["wide", "narrow", "count", "on"], NUMBERS),

@@ -435,21 +435,10 @@ def test_an_unknown_type_of_a_megabyte_is_cut(name):
     assert "\x1b" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "sensor_msgs/msg/Imuu",
-        "sensor_msgs/Joint_State",
-        "sensor_msg/msg/Imu",
-        "std_srvs/msg/Trigger",
-        "Imu",
-        "",
-        "sensor_msgs",
-        "sensor_msgs/msg/Imu/",
-        "sensor_msgs/msg/__all__",
-        "../msg/Imu",
-    ],
-)
+UNKNOWN = "sensor_msgs/msg/Imuu sensor_msgs/Joint_State sensor_msg/msg/Imu std_srvs/msg/Trigger Imu sensor_msgs"
+
+
+@pytest.mark.parametrize("name", ["", "sensor_msgs/msg/Imu/", "std_msgs/msg/__all__", "../msg/Imu", *UNKNOWN.split()])
 def test_an_unknown_type_suggests_the_nearest_one(golden, name):
     with golden.raises(UnknownType):
         find_type(name)

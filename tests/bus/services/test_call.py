@@ -128,12 +128,3 @@ async def test_concurrent_calls_belong_to_their_handler():
 
     async with harness(Fork, End) as lab:
         assert (await lab.call(Trigger, "fork")).success
-
-
-@virtual_time
-async def test_call_is_shown_open_then_with_its_outcome():
-    async with harness(End()) as lab:
-        found, shown = lab.graph.bus.services["/end"], []
-        found.taps.append(lambda call: shown.append((call.number, call.outcome)))
-        answer = await lab.call(Trigger, "end")
-        assert shown == [(1, None), (1, answer)]

@@ -17,7 +17,6 @@ from busflow import (
     ServiceUnavailable,
     client,
     service,
-    timer,
 )
 from busflow.errors import IncompatibleType, NotRunning
 from busflow.msgs.std_srvs import SetBool, Trigger
@@ -55,19 +54,6 @@ async def test_missing_service_suggests_the_nearest(golden):
         with golden.raises(ServiceUnavailable):
             await lab.call(Add, "adder/ad")
         assert lab.clock.seconds() == 0
-
-
-@virtual_time
-async def test_uncaught_service_error_fails_the_caller():
-    class Careless(Node):
-        wrong = client(Add, "adder/wrong")
-
-        @timer(1.0)
-        async def ask(self) -> None:
-            await self.wrong.call()
-
-    async with harness(Adder, Careless, expect_failure=Careless) as lab:
-        await lab.advance(1)
 
 
 @virtual_time

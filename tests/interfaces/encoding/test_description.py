@@ -101,32 +101,14 @@ def test_a_type_without_fields_has_the_dummy_field():
     ]
 
 
-def test_the_types_inside_are_sorted_and_complete():
+def test_the_types_inside_are_sorted_and_complete(golden):
     inner = [each["type_name"] for each in describe(PoseStamped)["referenced_type_descriptions"]]
-    assert (
-        inner
-        == sorted(inner)
-        == [
-            "builtin_interfaces/msg/Time",
-            "geometry_msgs/msg/Point",
-            "geometry_msgs/msg/Pose",
-            "geometry_msgs/msg/Quaternion",
-            "std_msgs/msg/Header",
-        ]
-    )
+    assert inner == sorted(inner)
+    golden("\n".join(inner))
 
 
-def test_a_service_is_described_with_parts_and_event():
-    name = "rcl_interfaces/srv/GetParameters"
-    assert set(types_in(describe(GetParameters))) == {
-        name,
-        f"{name}_Request",
-        f"{name}_Response",
-        f"{name}_Event",
-        "builtin_interfaces/msg/Time",
-        "rcl_interfaces/msg/ParameterValue",
-        "service_msgs/msg/ServiceEventInfo",
-    }
+def test_a_service_is_described_with_parts_and_event(golden):
+    golden("\n".join(sorted(types_in(describe(GetParameters)))))
 
 
 def test_a_description_that_was_json_is_the_same():

@@ -13,8 +13,6 @@ from busflow.interfaces.encoding.viewer_schema import SOURCE, recorded_definitio
 from busflow.interfaces.message import Message
 from busflow.msgs.geometry_msgs import Point
 
-POINT = {"type": "object", "properties": {axis: {"type": "number"} for axis in "xyz"}}
-
 
 class Colour(enum.Enum):
     RED = "red"
@@ -41,23 +39,10 @@ class Loose(Message, package="test"):
     tree: Tree = Tree()
 
 
-def test_a_property_of_several_types_is_left_out():
+def test_a_property_of_several_types_is_left_out(golden):
     found = viewer_schema(TypeSupport(Loose).description)
-    assert found == {
-        "type": "object",
-        "properties": {
-            "at": POINT,
-            "path": {"type": "array", "items": POINT},
-            "pair": {"type": "array", "items": {"type": "integer"}},
-            "colour": {"type": "string"},
-            "word": {"type": "string"},
-            "scores": {"type": "object"},
-            "tree": {
-                "type": "object",
-                "properties": {"label": {"type": "string"}, "children": {"type": "array", "items": {"type": "object"}}},
-            },
-        },
-    }
+    golden("\n".join(f"{name}: {json.dumps(schema)}" for name, schema in found.pop("properties").items()))
+    assert found == {"type": "object"}
 
 
 def test_an_enumeration_has_its_values_type():
