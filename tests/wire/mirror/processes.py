@@ -7,8 +7,11 @@ from contextlib import asynccontextmanager
 
 from busflow import launch
 from busflow.runner.extension import Extension
+from busflow.runner.graph import Graph
 from busflow.wire.mirror.membership import Membership
-from busflow.wire.zenoh.run_directory import RunCard
+from busflow.wire.mirror.mirror import Mirror
+from busflow.wire.zenoh.run_directory import RunCard, find_run
+from busflow.wire.zenoh.session import open_session
 
 PATIENCE_S = 60.0
 
@@ -44,14 +47,25 @@ class Process(Extension):
         yield
 
 
-def conversation(make):
-    """Run a test on an event loop, and end what it leaves."""
+class Shown(Extension):
+    """A graph that shows itself to the run from when it starts."""
 
-    async def main():
-        async with asyncio.timeout(PATIENCE_S):
-            await make()
+    def __init__(self, mirror):
+        self.begin = mirror.begin
 
-    asyncio.run(main())
+
+@asynccontextmanager
+async def second_process(node, log=lambda _record: None):
+    """A graph of this process in the run that is there, and a function that ends its session."""
+    graph = Graph((node,), sinks=(log,), embedded=True)
+    session = open_session(find_run().directory, listen="second.sock")
+    mirror = Mirror(graph, session, RunCard("second", os.getpid(), time.time_ns()), "second", {})
+    graph.attach(Shown(mirror))
+    try:
+        async with asyncio.timeout(PATIENCE_S), graph:
+            yield graph, session.close
+    finally:
+        mirror.close()
 
 
 async def until(condition):

@@ -24,7 +24,7 @@ from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, burst_key, top
 from busflow.wire.zenoh.qos_text import to_text
 from busflow.wire.zenoh.sender import LARGE
 from busflow.wire.zenoh.session import open_session
-from tests.wire.mirror.processes import PATIENCE_S, Process, conversation, until
+from tests.wire.mirror.processes import PATIENCE_S, Process, until
 
 SHARED = pytest.mark.skipif(
     not hasattr(os, "memfd_create") or platform.machine() != "x86_64",
@@ -126,49 +126,43 @@ class Sent:
             self.sender.send(bytes(size), Attachment(self._count, 0, b"g" * 16).encode(), moment_us * 1000 + 10**18)
 
 
-def test_close_messages_leave_together_after_the_turn():
-    async def talk():
-        made = Sent()
-        made.send(0, 50, 120, 219)
-        assert made.sent == [1], "the first one waits for nothing"
-        await asyncio.sleep(0)
-        assert made.sent == [1, [2, 3, 4]]
-        made.send(400, 501, 520)
-        assert made.sent[2:] == [5, 6]
-        await asyncio.sleep(0)
-        assert made.sent[2:] == [5, 6, 7], "a single one is no burst"
-
-    conversation(talk)
+@pytest.mark.asyncio
+async def test_close_messages_leave_together_after_the_turn():
+    made = Sent()
+    made.send(0, 50, 120, 219)
+    assert made.sent == [1], "the first one waits for nothing"
+    await asyncio.sleep(0)
+    assert made.sent == [1, [2, 3, 4]]
+    made.send(400, 501, 520)
+    assert made.sent[2:] == [5, 6]
+    await asyncio.sleep(0)
+    assert made.sent[2:] == [5, 6, 7], "a single one is no burst"
 
 
-def test_order_stays_and_bursts_are_bounded():
-    async def talk():
-        made = Sent()
-        made.send(*[0] * 34)
-        assert made.sent == [1, [*range(2, 34)]], "32 messages leave before the turn ends"
-        made.send(1000)
-        assert made.sent[2:] == [34, 35], "after a pause nothing is overtaken"
-        made.send(1000, 1000, size=1536)
-        made.send(1000, size=1537)
-        assert made.sent[4:] == [[36, 37], 38]
-        await asyncio.sleep(0)
-        assert made.sent[6:] == []
-
-    conversation(talk)
+@pytest.mark.asyncio
+async def test_order_stays_and_bursts_are_bounded():
+    made = Sent()
+    made.send(*[0] * 34)
+    assert made.sent == [1, [*range(2, 34)]], "32 messages leave before the turn ends"
+    made.send(1000)
+    assert made.sent[2:] == [34, 35], "after a pause nothing is overtaken"
+    made.send(1000, 1000, size=1536)
+    made.send(1000, size=1537)
+    assert made.sent[4:] == [[36, 37], 38]
+    await asyncio.sleep(0)
+    assert made.sent[6:] == []
 
 
-def test_messages_go_alone_unless_all_receive_bursts():
-    async def talk():
-        made = Sent(is_allowed=False)
-        made.send(0, 0, 0)
-        assert made.sent == [1, 2, 3]
-        made.sender.is_allowed = True
-        made.send(0, 0)
-        made.sender.is_allowed = False
-        made.send(0)
-        assert made.sent == [1, 2, 3, 4, 5, 6]
-
-    conversation(talk)
+@pytest.mark.asyncio
+async def test_messages_go_alone_unless_all_receive_bursts():
+    made = Sent(is_allowed=False)
+    made.send(0, 0, 0)
+    assert made.sent == [1, 2, 3]
+    made.sender.is_allowed = True
+    made.send(0, 0)
+    made.sender.is_allowed = False
+    made.send(0)
+    assert made.sent == [1, 2, 3, 4, 5, 6]
 
 
 # Between processes.
@@ -243,101 +237,91 @@ def wire(directory):
 
 @SHARED
 @pytest.mark.parametrize("ear", [Ear, AsyncEar])
-def test_burst_deeper_than_the_queue_arrives_whole(directory, monkeypatch, ear):
-    async def talk():
-        async with pair(directory, monkeypatch, ear) as (here, there):
-            talker, heard = here.graph.node(Talker), there.graph.node(ear).heard
-            with wire(directory) as counts:
-                await until(lambda: talker.say(0) or counts)
-                await until(lambda: heard[-1:] == [0] and len(heard) == talker.numbers.published)
-                del heard[:]
-                talker.say(*range(1, 101))
-                await until(lambda: heard[-1:] == [100])
-                assert heard == [*range(1, 101)]
-                await until(lambda: counts[-4:] == [32, 32, 32, 4])  # the zeros may come late to this session
-            topic = there.graph.bus.topics["/numbers"].statistics()
-            assert (topic.losses, topic.subscriptions[0].dropped) == ({}, 0)
-            assert topic.published == topic.subscriptions[0].delivered == talker.numbers.published
-
-    conversation(talk)
+@pytest.mark.asyncio
+async def test_burst_deeper_than_the_queue_arrives_whole(directory, monkeypatch, ear):
+    async with pair(directory, monkeypatch, ear) as (here, there):
+        talker, heard = here.graph.node(Talker), there.graph.node(ear).heard
+        with wire(directory) as counts:
+            await until(lambda: talker.say(0) or counts)
+            await until(lambda: heard[-1:] == [0] and len(heard) == talker.numbers.published)
+            del heard[:]
+            talker.say(*range(1, 101))
+            await until(lambda: heard[-1:] == [100])
+            assert heard == [*range(1, 101)]
+            await until(lambda: counts[-4:] == [32, 32, 32, 4])  # the zeros may come late to this session
+        topic = there.graph.bus.topics["/numbers"].statistics()
+        assert (topic.losses, topic.subscriptions[0].dropped) == ({}, 0)
+        assert topic.published == topic.subscriptions[0].delivered == talker.numbers.published
 
 
 @SHARED
 @pytest.mark.parametrize("of_the_session", [False, True])
-def test_end_in_the_same_turn_loses_nothing(directory, monkeypatch, of_the_session):
-    async def talk():
-        async with pair(directory, monkeypatch) as (here, there):
-            talker, heard = here.graph.node(Talker), there.graph.node(Ear).heard
-            talker.say(1)
-            assert outlet(here)._bursts._waiting
-            if of_the_session:
-                mirror, here.membership._mirror = here.membership._mirror, None
-                mirror.close()
-            else:
-                talker.numbers.close()
-            await until(lambda: heard[-1:] == [1])
-
-    conversation(talk)
+@pytest.mark.asyncio
+async def test_end_in_the_same_turn_loses_nothing(directory, monkeypatch, of_the_session):
+    async with pair(directory, monkeypatch) as (here, there):
+        talker, heard = here.graph.node(Talker), there.graph.node(Ear).heard
+        talker.say(1)
+        assert outlet(here)._bursts._waiting
+        if of_the_session:
+            mirror, here.membership._mirror = here.membership._mirror, None
+            mirror.close()
+        else:
+            talker.numbers.close()
+        await until(lambda: heard[-1:] == [1])
 
 
 @SHARED
-def test_large_message_never_overtakes_a_burst(directory, monkeypatch):
-    async def talk():
-        async with pair(directory, monkeypatch) as (here, there):
-            blocks, seen = here.graph.node(Talker).blocks, there.graph.node(Ear).sizes
-            blocks.publish(UInt8MultiArray())
-            await until(lambda: seen == [0])
-            watched, arrived = threading.Event(), threading.Event()
-            callback = zenoh.handlers.Callback(
-                lambda each: arrived.set() if len(each.payload) >= LARGE else watched.set(), indirect=False
-            )
-            sizes = [10, 20, 30, LARGE, 40]
-            with open_session(directory) as session, session.declare_subscriber("0/blocks/**", callback):
-                await until(lambda: blocks.publish(UInt8MultiArray()) or watched.is_set())
-                for size in sizes:
-                    blocks.publish(UInt8MultiArray(data=bytes(size)))
-                assert arrived.wait(PATIENCE_S), "the turn does not end before the large one has arrived"
-            await until(lambda: seen[-1] == sizes[-1])
-            assert [size for size in seen if size] == sizes
-
-    conversation(talk)
+@pytest.mark.asyncio
+async def test_large_message_never_overtakes_a_burst(directory, monkeypatch):
+    async with pair(directory, monkeypatch) as (here, there):
+        blocks, seen = here.graph.node(Talker).blocks, there.graph.node(Ear).sizes
+        blocks.publish(UInt8MultiArray())
+        await until(lambda: seen == [0])
+        watched, arrived = threading.Event(), threading.Event()
+        callback = zenoh.handlers.Callback(
+            lambda each: arrived.set() if len(each.payload) >= LARGE else watched.set(), indirect=False
+        )
+        sizes = [10, 20, 30, LARGE, 40]
+        with open_session(directory) as session, session.declare_subscriber("0/blocks/**", callback):
+            await until(lambda: blocks.publish(UInt8MultiArray()) or watched.is_set())
+            for size in sizes:
+                blocks.publish(UInt8MultiArray(data=bytes(size)))
+            assert arrived.wait(PATIENCE_S), "the turn does not end before the large one has arrived"
+        await until(lambda: seen[-1] == sizes[-1])
+        assert [size for size in seen if size] == sizes
 
 
 @SHARED
-def test_no_burst_while_another_kind_receives(directory, monkeypatch):
-    async def talk():
-        async with pair(directory, monkeypatch) as (here, there):
-            talker, heard, type_ = here.graph.node(Talker), there.graph.node(Ear).heard, TypeSupport(Int64)
-            with wire(directory) as counts, open_session(directory) as session:
-                end = ("/numbers", type_.name, type_.type_hash, to_text(QoS()))
-                token = Token(str(session.info.zid()), 0, 1, TokenKind.SUBSCRIPTION, "/", "ros_2", *end)
-                got: list[int] = []
-                callback = zenoh.handlers.Callback(got.append, indirect=False)
-                with session.declare_subscriber(KEY, callback), session.liveliness().declare_token(str(token)):
-                    await until(lambda: not outlet(here)._bursts.is_allowed)
-                    await until(lambda: talker.say(0) or counts)
-                    talker.say(*range(1, 11))
-                    await until(lambda: heard[-1:] == [10] and len(got) >= 10)
-                    assert set(counts) == {1}
-                await until(lambda: outlet(here)._bursts.is_allowed)
-
-    conversation(talk)
+@pytest.mark.asyncio
+async def test_no_burst_while_another_kind_receives(directory, monkeypatch):
+    async with pair(directory, monkeypatch) as (here, there):
+        talker, heard, type_ = here.graph.node(Talker), there.graph.node(Ear).heard, TypeSupport(Int64)
+        with wire(directory) as counts, open_session(directory) as session:
+            end = ("/numbers", type_.name, type_.type_hash, to_text(QoS()))
+            token = Token(str(session.info.zid()), 0, 1, TokenKind.SUBSCRIPTION, "/", "ros_2", *end)
+            got: list[int] = []
+            callback = zenoh.handlers.Callback(got.append, indirect=False)
+            with session.declare_subscriber(KEY, callback), session.liveliness().declare_token(str(token)):
+                await until(lambda: not outlet(here)._bursts.is_allowed)
+                await until(lambda: talker.say(0) or counts)
+                talker.say(*range(1, 11))
+                await until(lambda: heard[-1:] == [10] and len(got) >= 10)
+                assert set(counts) == {1}
+            await until(lambda: outlet(here)._bursts.is_allowed)
 
 
 @SHARED
-def test_unreadable_burst_is_malformed_and_its_messages_lost(directory, monkeypatch):
-    async def talk():
-        async with pair(directory, monkeypatch) as (here, there):
-            talker, heard = here.graph.node(Talker), there.graph.node(Ear).heard
-            bad = joined([(b"", Attachment(number, 0, b"g" * 16).encode()) for number in (1, 2)])
-            here.membership._mirror._session.put(burst_key(KEY), bad[0][:-1], attachment=bad[1])
-            talker.say(1, 2)
-            await until(lambda: heard[-1:] == [2])
-            assert there.graph.bus.topics["/numbers"].losses == {"malformed": 1}
-            talker.numbers.published += 3
-            talker.say(3)
-            await until(lambda: heard[-1:] == [3])
-            assert there.graph.bus.topics["/numbers"].losses == {"malformed": 1, "lost": 3}
-            assert outlet(here).sent == len(heard)
-
-    conversation(talk)
+@pytest.mark.asyncio
+async def test_unreadable_burst_is_malformed_and_its_messages_lost(directory, monkeypatch):
+    async with pair(directory, monkeypatch) as (here, there):
+        talker, heard = here.graph.node(Talker), there.graph.node(Ear).heard
+        bad = joined([(b"", Attachment(number, 0, b"g" * 16).encode()) for number in (1, 2)])
+        here.membership._mirror._session.put(burst_key(KEY), bad[0][:-1], attachment=bad[1])
+        talker.say(1, 2)
+        await until(lambda: heard[-1:] == [2])
+        assert there.graph.bus.topics["/numbers"].losses == {"malformed": 1}
+        talker.numbers.published += 3
+        talker.say(3)
+        await until(lambda: heard[-1:] == [3])
+        assert there.graph.bus.topics["/numbers"].losses == {"malformed": 1, "lost": 3}
+        assert outlet(here).sent == len(heard)

@@ -2,8 +2,6 @@
 
 import asyncio
 import math
-import os
-import time
 
 import pytest
 import zenoh
@@ -19,25 +17,12 @@ from busflow import (
 from busflow.interfaces.action import derived_types
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.unique_identifier_msgs import UUID
-from busflow.runner.extension import Extension
-from busflow.runner.graph import Graph
 from busflow.wire.client.client import join
-from busflow.wire.mirror.mirror import Mirror
 from busflow.wire.zenoh.keys import Attachment, topic_key
-from busflow.wire.zenoh.run_directory import RunCard, find_run
-from busflow.wire.zenoh.session import open_session
 from tests.actions.conftest import Boss, MoveTo
-
-PATIENCE_S = 60.0
+from tests.wire.mirror.processes import PATIENCE_S, second_process
 
 FOR_EVER = 90_000.0
-
-
-class Shown(Extension):
-    """A graph that shows itself to the run from when it starts."""
-
-    def __init__(self, mirror):
-        self.begin = mirror.begin
 
 
 @pytest.fixture
@@ -45,25 +30,9 @@ def arm(robots):
     return robots("arm.py", "arm").ready()
 
 
-def talk(conversation, node=Boss, log=lambda _record: None):
-    """Run `conversation(graph, close)` with a graph of this process in the run; `close` ends its session."""
-
-    async def main():
-        graph = Graph((node,), sinks=(log,), embedded=True)
-        session = open_session(find_run().directory, listen="second.sock")
-        mirror = Mirror(graph, session, RunCard("second", os.getpid(), time.time_ns()), "second", {})
-        graph.attach(Shown(mirror))
-        try:
-            async with asyncio.timeout(PATIENCE_S), graph:
-                await conversation(graph, session.close)
-        finally:
-            mirror.close()
-
-    asyncio.run(main())
-
-
-def test_goal_of_a_lost_client_is_canceled(arm):
-    async def conversation(graph, close):
+@pytest.mark.asyncio
+async def test_goal_of_a_lost_client_is_canceled(arm):
+    async with second_process(Boss) as (graph, close):
         boss = graph.node(Boss)
         await boss.move.ready(timeout=PATIENCE_S)
         going = boss.move.send(MoveTo.Goal(angle=FOR_EVER))
@@ -71,19 +40,16 @@ def test_goal_of_a_lost_client_is_canceled(arm):
         close()
         assert "its client has gone" in await asyncio.to_thread(arm.wait_for, str(going.id))
 
-    talk(conversation)
 
-
-def test_killed_server_is_noticed_at_once(arm):
-    async def conversation(graph, _close):
+@pytest.mark.asyncio
+async def test_killed_server_is_noticed_at_once(arm):
+    async with second_process(Boss) as (graph, _):
         boss = graph.node(Boss)
         await boss.move.ready(timeout=PATIENCE_S)
         async with boss.move.send(MoveTo.Goal(angle=FOR_EVER)) as going:
             arm.kill()
             with pytest.raises(ActionGone, match="/arm/move"):
                 await going.result()
-
-    talk(conversation)
 
 
 class Watcher(Node):
@@ -106,9 +72,10 @@ class Watcher(Node):
         return goals
 
 
+@pytest.mark.asyncio
 @pytest.mark.usefixtures("arm")
-def test_flood_of_feedback_is_accounted_for():
-    async def conversation(graph, _close):
+async def test_flood_of_feedback_is_accounted_for():
+    async with second_process(Watcher) as (graph, _):
         watcher = graph.node(Watcher)
 
         def seen():
@@ -128,21 +95,17 @@ def test_flood_of_feedback_is_accounted_for():
         assert seen() - before == 20_000 + goals
         assert 0 < watcher.move.statistics().feedback_dropped <= feedback.delivered - len(left) - 1
 
-    talk(conversation, Watcher)
 
-
+@pytest.mark.asyncio
 @pytest.mark.usefixtures("arm")
-def test_feedback_before_the_result_comes_before_it(limits):
+async def test_feedback_before_the_result_comes_before_it(limits):
     limits(late_feedback=math.inf)
-
-    async def conversation(graph, _close):
+    async with second_process(Watcher) as (graph, _):
         watcher = graph.node(Watcher)
         await watcher.small_goals()
         for _ in range(10):  # more than the loop takes in one turn, less than the buffer of a link
             async with watcher.move.send(MoveTo.Goal(angle=200), depth=200) as going:
                 assert [each.left async for each in going] == [*range(200)]
-
-    talk(conversation, Watcher)
 
 
 class Old:
@@ -167,8 +130,9 @@ class OldBoss(Node):
     move = action_client(Old.MoveTo, "arm/move")
 
 
+@pytest.mark.asyncio
 @pytest.mark.usefixtures("arm")
-def test_goal_of_another_definition_is_not_sent():
+async def test_goal_of_another_definition_is_not_sent():
     warned: asyncio.Event = asyncio.Event()
     said = []
 
@@ -177,12 +141,10 @@ def test_goal_of_another_definition_is_not_sent():
         if "in another process serves" in record.event:
             warned.set()
 
-    async def conversation(graph, _close):
+    async with second_process(OldBoss, log) as (graph, _):
         await warned.wait()
         with pytest.raises(ActionUnavailable, match="/arm/move"):
             await graph.node(OldBoss).move.run(Old.MoveTo.Goal(angle=1))
-
-    talk(conversation, OldBoss, log)
     (line,) = [each for each in said if "/arm in another process serves" in each]
     assert line.endswith("serves the action /arm/move with another definition: it gets no goals")
 

@@ -3,13 +3,17 @@
 import asyncio
 from contextlib import asynccontextmanager
 
+import pytest
+
 from busflow import Durability, Node, QoS, subscription
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Int64
 from busflow.wire.zenoh.keys import QUERY_PREFIX, Token, TokenKind
 from busflow.wire.zenoh.qos_text import to_text
 from busflow.wire.zenoh.session import open_session
-from tests.wire.mirror.processes import Process, conversation, until
+from tests.wire.mirror.processes import Process, until
+
+pytestmark = pytest.mark.asyncio
 
 
 class Idle(Node):
@@ -57,64 +61,49 @@ def losses(graph):
     return graph.bus.topics["/numbers"].losses
 
 
-def test_first_messages_reach_every_process(directory):
-    async def talk():
-        async with running(directory, Idle, Listener, Listener) as (here, *others):
-            publisher = numbers(here, 1, 2, 3)
-            await until(lambda: all(each.node(Listener).heard == (1, 2, 3) for each in others))
-            publisher.publish(Int64(data=4))
-            await until(lambda: all(each.node(Listener).heard == (1, 2, 3, 4) for each in others))
-            assert losses(here) == {}
-
-    conversation(talk)
+async def test_first_messages_reach_every_process(directory):
+    async with running(directory, Idle, Listener, Listener) as (here, *others):
+        publisher = numbers(here, 1, 2, 3)
+        await until(lambda: all(each.node(Listener).heard == (1, 2, 3) for each in others))
+        publisher.publish(Int64(data=4))
+        await until(lambda: all(each.node(Listener).heard == (1, 2, 3, 4) for each in others))
+        assert losses(here) == {}
 
 
-def test_messages_beyond_the_depth_are_early(directory):
-    async def talk():
-        async with running(directory, Idle, Listener) as (here, there):
-            numbers(here, *range(8))
-            await until(lambda: there.node(Listener).heard == (3, 4, 5, 6, 7))
-            assert losses(here) == {"early": 3}
-
-    conversation(talk)
+async def test_messages_beyond_the_depth_are_early(directory):
+    async with running(directory, Idle, Listener) as (here, there):
+        numbers(here, *range(8))
+        await until(lambda: there.node(Listener).heard == (3, 4, 5, 6, 7))
+        assert losses(here) == {"early": 3}
 
 
-def test_nothing_is_held_for_an_unfit_subscription(directory):
-    async def talk():
-        async with running(directory, Idle, LateJoiner) as (here, there):
-            publisher = numbers(here, 1, 2)
-            await until(lambda: not publisher.is_received)
-            assert (there.node(LateJoiner).heard, losses(here)) == ((), {})
-
-    conversation(talk)
+async def test_nothing_is_held_for_an_unfit_subscription(directory):
+    async with running(directory, Idle, LateJoiner) as (here, there):
+        publisher = numbers(here, 1, 2)
+        await until(lambda: not publisher.is_received)
+        assert (there.node(LateJoiner).heard, losses(here)) == ((), {})
 
 
-def test_a_publisher_that_ends_leaves_its_messages_early(directory):
-    async def talk():
-        async with running(directory, Idle, Listener) as (here, _):
-            numbers(here, 1, 2).close()
-            assert losses(here) == {"early": 2}
-
-    conversation(talk)
+async def test_a_publisher_that_ends_leaves_its_messages_early(directory):
+    async with running(directory, Idle, Listener) as (here, _):
+        numbers(here, 1, 2).close()
+        assert losses(here) == {"early": 2}
 
 
-def test_a_process_without_answer_is_waited_for_briefly(directory):
-    async def talk():
-        async with running(directory, Idle) as (here,):
-            session, asked = await asyncio.to_thread(open_session, directory), []
-            type_, zid = TypeSupport(Int64), str(session.info.zid())
-            end = ("/numbers", type_.name, type_.type_hash, to_text(QoS()))
-            blocked = Token(zid, 0, 1, TokenKind.SUBSCRIPTION, "/", "blocked", *end)
-            with (
-                session.declare_queryable(f"{QUERY_PREFIX}/blocked/run", asked.append),
-                session.liveliness().declare_token(str(blocked)),
-            ):
-                publisher = here.advertise(Int64, "numbers")
-                await until(lambda: publisher.is_received)
-                publisher.publish(Int64(data=1))
-                await until(lambda: losses(here) == {"early": 1})
-                assert len(asked) == 1
-                asked.clear()
-            await asyncio.to_thread(session.close)
-
-    conversation(talk)
+async def test_a_process_without_answer_is_waited_for_briefly(directory):
+    async with running(directory, Idle) as (here,):
+        session, asked = await asyncio.to_thread(open_session, directory), []
+        type_, zid = TypeSupport(Int64), str(session.info.zid())
+        end = ("/numbers", type_.name, type_.type_hash, to_text(QoS()))
+        blocked = Token(zid, 0, 1, TokenKind.SUBSCRIPTION, "/", "blocked", *end)
+        with (
+            session.declare_queryable(f"{QUERY_PREFIX}/blocked/run", asked.append),
+            session.liveliness().declare_token(str(blocked)),
+        ):
+            publisher = here.advertise(Int64, "numbers")
+            await until(lambda: publisher.is_received)
+            publisher.publish(Int64(data=1))
+            await until(lambda: losses(here) == {"early": 1})
+            assert len(asked) == 1
+            asked.clear()
+        await asyncio.to_thread(session.close)

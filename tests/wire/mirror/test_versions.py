@@ -4,10 +4,14 @@ import asyncio
 import os
 import time
 
+import pytest
+
 from busflow import Node, launch
 from busflow.wire.mirror.membership import Membership
 from busflow.wire.zenoh.run_directory import RunCard
-from tests.wire.mirror.processes import conversation, until
+from tests.wire.mirror.processes import until
+
+pytestmark = pytest.mark.asyncio
 
 
 def member(directory, name, version):
@@ -20,15 +24,12 @@ def member(directory, name, version):
     return graph, seen
 
 
-def test_processes_see_each_others_versions(directory):
-    async def talk():
-        (first, seen_by_first), (second, seen_by_second) = (
-            member(directory, name, version) for name, version in (("main", "0.1.0"), ("arm", "0.2.0.dev1+g1a2b3c"))
-        )
-        await asyncio.gather(first.start(), second.start())
-        everything = {"main": "0.1.0", "arm": "0.2.0.dev1+g1a2b3c"}
-        await until(lambda: seen_by_first == seen_by_second == everything)
-        await second.stop()
-        await first.stop()
-
-    conversation(talk)
+async def test_processes_see_each_others_versions(directory):
+    (first, seen_by_first), (second, seen_by_second) = (
+        member(directory, name, version) for name, version in (("main", "0.1.0"), ("arm", "0.2.0.dev1+g1a2b3c"))
+    )
+    await asyncio.gather(first.start(), second.start())
+    everything = {"main": "0.1.0", "arm": "0.2.0.dev1+g1a2b3c"}
+    await until(lambda: seen_by_first == seen_by_second == everything)
+    await second.stop()
+    await first.stop()

@@ -11,11 +11,15 @@ import pytest
 
 from busflow import Node, publisher, subscription
 from busflow.msgs.sensor_msgs import Image
-from tests.wire.mirror.processes import PATIENCE_S, Process, conversation, until
+from tests.wire.mirror.processes import PATIENCE_S, Process, until
 
-pytestmark = pytest.mark.skipif(
-    not hasattr(os, "memfd_create") or platform.machine() != "x86_64", reason="memory is shared on Linux, x86-64, only"
-)
+pytestmark = [
+    pytest.mark.asyncio,
+    pytest.mark.skipif(
+        not hasattr(os, "memfd_create") or platform.machine() != "x86_64",
+        reason="memory is shared on Linux, x86-64, only",
+    ),
+]
 
 SIZE = 100_000
 
@@ -88,76 +92,58 @@ async def pair(directory):
     await asyncio.gather(made.eyes.graph.stop(), made.screen.graph.stop())
 
 
-def test_images_of_all_sizes_come_in_order(directory):
-    async def talk():
-        async with pair(directory) as made:
-            await made.shows(100, SIZE)
-            assert made.capacity == 0, "the first large one is sent whole, as all before it"
-            await made.shows(SIZE, 100, 3 * SIZE, 40 * SIZE, 100, SIZE)
-            assert 16 * 40 * SIZE <= made.capacity <= 16 * 41 * SIZE
-
-    conversation(talk)
+async def test_images_of_all_sizes_come_in_order(directory):
+    async with pair(directory) as made:
+        await made.shows(100, SIZE)
+        assert made.capacity == 0, "the first large one is sent whole, as all before it"
+        await made.shows(SIZE, 100, 3 * SIZE, 40 * SIZE, 100, SIZE)
+        assert 16 * 40 * SIZE <= made.capacity <= 16 * 41 * SIZE
 
 
-def test_process_without_access_gets_messages_whole(directory, capsys):
-    async def talk():
-        async with pair(directory) as made:
-            await made.shows(SIZE, SIZE)
-            for _ in range(2):
-                made.neighbours.withdraw(PermissionError("not permitted"))
-            await until(lambda: not made.shares())
-            written = made.capacity
-            await made.shows(SIZE, 80 * SIZE)
-            assert made.capacity == written
-
-    conversation(talk)
+async def test_process_without_access_gets_messages_whole(directory, capsys):
+    async with pair(directory) as made:
+        await made.shows(SIZE, SIZE)
+        for _ in range(2):
+            made.neighbours.withdraw(PermissionError("not permitted"))
+        await until(lambda: not made.shares())
+        written = made.capacity
+        await made.shows(SIZE, 80 * SIZE)
+        assert made.capacity == written
     warned = "messages of other processes cannot be read from shared memory: not permitted"
     assert capsys.readouterr().err.count(warned) == 1
 
 
-def test_message_that_was_overwritten_is_lost(directory, limits):
+async def test_message_that_was_overwritten_is_lost(directory, limits):
     limits(slow_reader=0.0)
-
-    async def talk():
-        async with pair(directory) as made:
-            await made.shows(SIZE, SIZE)
-            camera = made.eyes.graph.node(Camera)
-            for _ in range(60):  # the viewer shares this loop: it reads nothing meanwhile
-                camera.take()
-            made.wait_until_sent()
-            await until(lambda: made.screen.graph.node(Viewer).seen[-1:] == [camera.taken])
-            seen = made.screen.graph.node(Viewer).seen
-            assert seen == sorted(seen)
-            topic = made.screen.graph.bus.topics["/images"]
-            assert topic.losses == {"lost": camera.taken - len(seen)}
-            assert len(seen) < camera.taken
-
-    conversation(talk)
+    async with pair(directory) as made:
+        await made.shows(SIZE, SIZE)
+        camera = made.eyes.graph.node(Camera)
+        for _ in range(60):  # the viewer shares this loop: it reads nothing meanwhile
+            camera.take()
+        made.wait_until_sent()
+        await until(lambda: made.screen.graph.node(Viewer).seen[-1:] == [camera.taken])
+        seen = made.screen.graph.node(Viewer).seen
+        assert seen == sorted(seen)
+        topic = made.screen.graph.bus.topics["/images"]
+        assert topic.losses == {"lost": camera.taken - len(seen)}
+        assert len(seen) < camera.taken
 
 
 @pytest.mark.parametrize("lacks", ["memfd_create", "proc"])
-def test_system_without_such_memory_sends_messages_whole(directory, monkeypatch, lacks):
+async def test_system_without_such_memory_sends_messages_whole(directory, monkeypatch, lacks):
     if lacks == "memfd_create":
         monkeypatch.delattr(os, "memfd_create")
     else:
         monkeypatch.setattr("busflow.wire.shared_memory.neighbours._PROC", directory / "proc")
-
-    async def talk():
-        made = Pair(directory)
-        await asyncio.gather(made.eyes.graph.start(), made.screen.graph.start())
-        await made.shows(SIZE, SIZE, 80 * SIZE)
-        assert (made.shares(), made.capacity) == (False, 0)
-        await asyncio.gather(made.eyes.graph.stop(), made.screen.graph.stop())
-
-    conversation(talk)
+    made = Pair(directory)
+    await asyncio.gather(made.eyes.graph.start(), made.screen.graph.start())
+    await made.shows(SIZE, SIZE, 80 * SIZE)
+    assert (made.shares(), made.capacity) == (False, 0)
+    await asyncio.gather(made.eyes.graph.stop(), made.screen.graph.stop())
 
 
-def test_no_memory_left_sends_messages_whole(directory, monkeypatch):
+async def test_no_memory_left_sends_messages_whole(directory, monkeypatch):
     monkeypatch.setattr("busflow.wire.shared_memory.arena.MOST_BYTES", 1 << 20)
-
-    async def talk():
-        async with pair(directory) as made:
-            await made.shows(SIZE, SIZE, 80 * SIZE)
-            assert made.capacity == 0
-
-    conversation(talk)
+    async with pair(directory) as made:
+        await made.shows(SIZE, SIZE, 80 * SIZE)
+        assert made.capacity == 0
