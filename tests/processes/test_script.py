@@ -9,7 +9,7 @@ import signal
 import pytest
 
 import busflow
-from busflow import LaunchError, Node
+from busflow import LaunchError
 from busflow.cli import main
 from busflow.launchfile.load.load import load
 from tests.processes.conftest import NODES
@@ -52,15 +52,10 @@ def test_final_process_failure_in_script_is_printed(start):
     assert "error: the process far was ended by SIGKILL\n" in run.lines
 
 
-class Beside(Node):
-    pass
-
-
 @pytest.fixture
 def robot(tmp_path):
-    (tmp_path / "beside.py").write_text("from busflow import Node\n\n\nclass Beside(Node):\n    pass\n")
     file = tmp_path / "robot.yaml"
-    file.write_text("plugins: [.]\nprocesses: {far: }\nnodes: {beside: {plugin: beside, process: far}}\n")
+    file.write_text(f"plugins: [{NODES}]\nprocesses: {{far: }}\nnodes: {{sink: {{plugin: sink, process: far}}}}\n")
     return file
 
 

@@ -13,41 +13,16 @@ from busflow.processes.assignment import Assignment, Memory
 from busflow.processes.child import Child
 from busflow.runner.garbage import THRESHOLDS
 from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
+from tests.processes.conftest import NODES
 
 PATIENCE_S = 60.0
 LAUNCH = """
-plugins: [plugins]
+plugins: [NODES]
 nodes:
-  own: {plugin: own, process: left}
-  other: {plugin: other}
+  own: {plugin: assigned, process: left, parameters: {then: THEN}}
+  other: {plugin: printing}
 processes:
   left: {}
-"""
-OTHER = """
-from busflow import Node
-print("imported")
-
-
-class Other(Node):
-    pass
-"""
-OWN = """
-import gc
-import os
-from busflow import Node
-
-
-class Own(Node):
-    async def run(self) -> None:
-        values = [os.environ.get(name) for name in ("OWN", "OUTER", "GONE")]
-        self.log.info("ready", values=values, nice=os.nice(0))
-        await self.{then}
-
-    async def collected(self):
-        until = self.clock.seconds() + 20
-        while gc.get_freeze_count() < 1000 and self.clock.seconds() < until:
-            await self.clock.sleep(0.01)
-        self.log.info("frozen", thresholds=gc.get_threshold())
 """
 
 
@@ -93,24 +68,12 @@ def assignment(directory: RunDirectory, **changes: Any) -> Assignment:
 
 async def worked(folder: Any, then: str, *orders: bytes, act: Any = None, **changes: Any) -> tuple[int, Messages]:
     """Run a worker to its end; orders and `act` follow once its node runs. Return its exit code and its messages."""
-    (folder / "plugins").mkdir()
-    (folder / "plugins/own.py").write_text(OWN.replace("self.{then}", then))
-    (folder / "plugins/other.py").write_text(OTHER)
-    (folder / "run.yaml").write_text(LAUNCH)
+    (folder / "run.yaml").write_text(LAUNCH.replace("NODES", str(NODES)).replace("THEN", then))
     messages = Messages()
     with closing(RunDirectory.claim("worker")) as directory:
         line = assignment(directory, path=(str(folder), *sys.path), **changes).line()
-        command = (
-            sys.executable,
-            "-P",
-            "-m",
-            "busflow",
-            "run",
-            str(folder / "run.yaml"),
-            "--process",
-            "left",
-            "--voice",
-        )
+        words = ("-m", "busflow", "run", str(folder / "run.yaml"), "--process", "left", "--voice")
+        command = (sys.executable, "-P", *words)
         async with asyncio.timeout(PATIENCE_S):
             child = Child(command, {**os.environ, "GONE": "1"}, lambda: line, messages)
             try:
@@ -128,9 +91,7 @@ pytestmark = pytest.mark.asyncio
 
 
 async def test_only_assigned_nodes_run_and_are_reported(tmp_path: Any):
-    code, messages = await worked(
-        tmp_path, "self.clock.sleep(0)", nice=3, env={"OWN": "a"}, outer={"OUTER": "b", "GONE": None}
-    )
+    code, messages = await worked(tmp_path, "end", nice=3, env={"OWN": "a"}, outer={"OUTER": "b", "GONE": None})
     assert code == ExitCode.OK, messages.printed
     assert messages.end == {"exit_code": 0, "failures": [], "finished": True}
     assert messages.printed == [], "the other node is the main process's"
@@ -140,24 +101,24 @@ async def test_only_assigned_nodes_run_and_are_reported(tmp_path: Any):
 
 
 async def test_garbage_is_collected_in_steps(tmp_path: Any):
-    code, messages = await worked(tmp_path, "self.collected()")
+    code, messages = await worked(tmp_path, "collect")
     assert code == ExitCode.OK, messages.printed
     assert messages.log("frozen") == {"thresholds": str(THRESHOLDS)}
 
 
 async def test_failure_of_a_node_is_reported_in_words(tmp_path: Any):
-    code, messages = await worked(tmp_path, "self.absent", prints_failures=True)
+    code, messages = await worked(tmp_path, "fail", prints_failures=True)
     assert (code, messages.end["exit_code"]) == (ExitCode.FAILED, ExitCode.FAILED)
     (failure,) = messages.end["failures"]
     assert "/own" in failure
-    assert "'Own' object has no attribute 'absent'" in failure
+    assert "AttributeError: absent" in failure
 
 
 async def test_end_of_the_main_process_ends_it(tmp_path: Any):
     """Also after orders that are none."""
     code, messages = await worked(
         tmp_path,
-        "self.clock.sleep(3600)",
+        "wait",
         *(b"nonsense\n", b"[]\n", b'{"snapshot": 1}\n'),
         act=lambda child: os.close(child._process.stdin.fileno()),
     )

@@ -19,6 +19,7 @@ from busflow.wire.shared_memory.arena import HEADER_BYTES, MARKS, MOST_BYTES, Ar
 from busflow.wire.shared_memory.place import PLACE_BYTES, MemoryPlace
 from busflow.wire.shared_memory.reader import MemoryReader
 from busflow.wire.shared_memory.writer import MemoryWriter
+from tests.wire.conftest import NODES
 
 pytestmark = pytest.mark.skipif(
     not hasattr(os, "memfd_create") or platform.machine() != "x86_64", reason="memory is shared on Linux, x86-64, only"
@@ -103,32 +104,13 @@ def test_bytes_that_are_no_place_are_malformed(size):
         MemoryPlace.decode(bytes(size))
 
 
-WRITER = """
-from busflow.wire.shared_memory.arena import Arena
-arena = Arena(1000)
-for number in (7, 8):
-    print(arena.write([bytes([number] * 50)], 50).encode().hex(), flush=True)
-input()
-"""
-READER = """
-import sys
-from busflow.wire.shared_memory.place import MemoryPlace
-from busflow.wire.shared_memory.reader import MemoryReader
-reader = MemoryReader("child")
-for line in sys.stdin:
-    data = reader.read(MemoryPlace.decode(bytes.fromhex(line)))
-    print(data is not None and (len(data), len(set(data)), data[0]), flush=True)
-"""
+def program(file):
+    command = [sys.executable, NODES / file]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 def test_reader_keeps_what_a_killed_writer_left():
-    writer = subprocess.Popen(
-        [sys.executable, "-c", WRITER],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    with writer:
+    with program("write_memory.py") as writer:
         first, second = (MemoryPlace.decode(bytes.fromhex(writer.stdout.readline())) for _ in range(2))
         reader = MemoryReader("reader")
         assert reader.read(first) == bytes([7] * 50)
@@ -143,9 +125,7 @@ def test_another_process_reads_and_marks_its_progress():
     writer = MemoryWriter(arenas)
     assert writer.write(message(0), 100) is None, "nobody is there who can read it"
     writer.share({"child"})
-    with subprocess.Popen(
-        [sys.executable, "-c", READER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as child:
+    with program("read_memory.py") as child:
         for number in range(40):
             place = writer.write(message(number, 200_000), 200_000)
             print(place.encode().hex(), file=child.stdin, flush=True)
@@ -163,9 +143,7 @@ def test_reader_of_many_messages_loses_none(limits):
     writer, size, count = MemoryWriter(Arenas()), 50_000, 2000
     writer.share({"child"})
     pieces = [bytes(size)]
-    with subprocess.Popen(
-        [sys.executable, "-c", READER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as child:
+    with program("read_memory.py") as child:
         print(writer.write(pieces, size).encode().hex(), file=child.stdin, flush=True)
         answers = [child.stdout.readline()]
         thread = threading.Thread(target=lambda: answers.extend(child.stdout))

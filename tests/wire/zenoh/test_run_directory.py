@@ -18,15 +18,7 @@ from busflow.errors import InspectionUnavailable, NoSuchRun
 from busflow.wire.zenoh import run_directory
 from busflow.wire.zenoh.run_directory import FoundRun, RunCard, RunDirectory, find_run, runs
 from busflow.wire.zenoh.session import SOCKET
-
-CLAIM = """
-import sys
-from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
-directory = RunDirectory.claim(sys.argv[1])
-directory.write_card(RunCard(directory.path.name, 1, 1))
-print(directory.path.name, flush=True)
-sys.stdin.read()
-"""
+from tests.wire.conftest import NODES
 
 
 @contextmanager
@@ -64,10 +56,10 @@ def claimed(name, home, **words) -> RunDirectory:
 @contextmanager
 def process(name, home):
     """Another process that has a run of this name, and the name that it got."""
-    command = [sys.executable, "-c", CLAIM, name]
+    command = [sys.executable, NODES / "claim_run.py", name]
     running = subprocess.Popen(command, env=os.environ | home, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
-        yield running, running.stdout.readline().strip()
+        yield running, Path(running.stdout.readline().strip()).name
     finally:
         running.kill()
         running.communicate()

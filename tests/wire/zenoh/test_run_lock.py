@@ -7,20 +7,12 @@ from pathlib import Path
 
 from busflow.wire.zenoh.run_directory import RunCard, RunDirectory, runs
 from busflow.wire.zenoh.run_lock import RunLock
-
-CLAIM = """
-import sys
-from busflow.wire.zenoh.run_directory import RunDirectory
-
-directory = RunDirectory.claim("lab")
-print(directory.path, flush=True)
-sys.stdin.readline()
-"""
+from tests.wire.conftest import NODES
 
 
 def test_a_killed_run_abandons_its_lock(tmp_path: Path):
     environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(tmp_path)}
-    command = [sys.executable, "-c", CLAIM]
+    command = [sys.executable, NODES / "claim_run.py", "lab"]
     with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
         assert run.stdout
         path = Path(run.stdout.readline().strip())
