@@ -38,7 +38,7 @@ def test_texts_without_a_name_are_numbered(tmp_path: Path):
 
 @pytest.mark.parametrize("file", PINNED, ids=lambda file: str(file.relative_to(ROOT)))
 def test_each_section_belongs_to_a_test(file: Path):
-    tests = set(re.findall(r"^(?:async )?def (test_\w+)", file.with_suffix(".py").read_text("utf-8"), re.MULTILINE))
+    tests = set(re.findall(r"^ *(?:async )?def (test_\w+)", file.with_suffix(".py").read_text("utf-8"), re.MULTILINE))
     titles = HEADING.findall(file.read_text("utf-8"))
     assert len(titles) == len(sections(file)) > 0
     assert {re.split(r"[\[:]", title)[0] for title in titles} <= tests

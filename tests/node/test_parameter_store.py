@@ -135,14 +135,14 @@ async def test_keywords_and_nested_mappings_set_too():
 
 
 @virtual_time
-async def test_one_wrong_value_refuses_the_whole():
+async def test_one_wrong_value_refuses_the_whole(golden):
     async with harness(Recorder) as lab:
         node = lab.node(Recorder)
         before = node.parameters
         with pytest.raises(InvalidParameter) as caught:
             lab.set_parameters(Recorder, {"rate_hz": 20, "noise.imu": 11, "noise.jonts": 1})
         assert [fault.path for fault in caught.value.faults] == [("noise", "imu"), ("noise", "jonts")]
-        assert "noise.imu must be at most 10, got 11 (allowed: at least 0, at most 10)" in str(caught.value)
+        golden(str(caught.value))
         assert node.parameters is before
         assert node.told == []
         assert lab.graph.report().nodes[0].parameters_set == 0
@@ -186,21 +186,21 @@ async def test_what_was_set_says_so():
         assert str(rows["noise.joints"].source) == "default"
 
 
-def test_a_new_instance_takes_over_sources_and_count():
+def test_a_new_instance_takes_over_sources_and_count(golden):
     former, following = Recorder(), Recorder()
     assert store_of(former).set({"noise.imu": 0.5}).reason is None
     following.parameters = former.parameters
     store_of(following).take_over(store_of(former))
     sources = {row.name: str(row.source) for row in store_of(following).describe()}
-    assert sources["noise.imu"] == "set at run time"
+    golden(sources["noise.imu"])
     assert sources["noise.joints"] == sources["rate_hz"] == "default"
     assert store_of(following).times_set == 1
 
 
-def test_refusal_is_a_result_for_remote_callers():
+def test_refusal_is_a_result_for_remote_callers(golden):
     result = store_of(Recorder()).set({"rate_hz": -1})
     assert result.changed == ()
-    assert result.reason == "rate_hz must be at least 0, got -1 (allowed: at least 0, at most 1000)"
+    golden(result.reason)
 
 
 # Timers.

@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -185,8 +186,8 @@ class TestOnePackage:
 @pytest.mark.usefixtures("nothing_installed")
 class TestFinding:
     @pytest.mark.parametrize("name", ["assistant", "page_index"])
-    def test_plugin_of_another_distribution_names_its_installation(self, name: str, folder: Path):
-        assert failure(name, folder).problem.fix == "in a clone of busflow: pip install . ./assistant"
+    def test_plugin_of_another_distribution_names_its_installation(self, name: str, folder: Path, golden):
+        golden(failure(name, folder).problem.fix)
 
     def test_names_and_summaries_are_listed_without_importing(self, write: Write, folder: Path):
         write("camera.py", NODE.format(name="Camera") + "raise SystemExit\n")
@@ -225,12 +226,12 @@ class TestFinding:
 
 
 class TestNotFound:
-    def test_error_has_the_nearest_name_and_places(self, write: Write, folder: Path):
+    def test_error_has_the_nearest_name_and_places(self, write: Write, folder: Path, golden):
         write("camera.py", NODE.format(name="Camera"))
         error = failure("camra", folder, folder / "other")
         assert "no plugin 'camra'" in str(error)
         assert "did you mean 'camera'?" in str(error)
-        assert f"{folder}, {folder / 'other'} (no such folder), the installed ones" in str(error)
+        golden(str(error))
         assert error.problem.code == "unknown-plugin"
         assert error.exit_code == 2
 
@@ -254,19 +255,18 @@ class TestNotFound:
         assert str(folder / "a/camera.py") in str(error)
         assert str(folder / "b/camera.py") in str(error)
 
-    def test_a_file_without_a_node_says_so(self, write: Write, folder: Path):
+    def test_a_file_without_a_node_says_so(self, write: Write, folder: Path, golden):
         write("camera.py", "from busflow.node.node import Node\n")
-        assert "camera.py defines no Node subclass" in str(failure("camera", folder))
+        golden(str(failure("camera", folder)))
 
-    def test_several_nodes_are_offered_by_name(self, write: Write, folder: Path):
+    def test_several_nodes_are_offered_by_name(self, write: Write, folder: Path, golden):
         write("arms.py", NODE.format(name="Left") + "class Right(Left): ...\n")
         error = failure("arms", folder)
-        assert "several nodes: Left, Right" in str(error)
-        assert "write `arms:Left` or `arms:Right`" in str(error)
+        golden(str(error))
 
-    def test_an_unknown_class_is_answered_with_the_nearest(self, write: Write, folder: Path):
+    def test_an_unknown_class_is_answered_with_the_nearest(self, write: Write, folder: Path, golden):
         write("arms.py", NODE.format(name="Left") + "LIMIT = 3\n")
-        assert "has no class 'Lef'\n  fix: did you mean 'Left'?" in str(failure("arms:Lef", folder))
+        golden(str(failure("arms:Lef", folder)))
         assert "'LIMIT' in" in str(failure("arms:LIMIT", folder))
 
     @pytest.mark.parametrize("name", ["x" * 1_000_000, "\x1b[31m" * 100_000])
@@ -289,10 +289,9 @@ class TestFailingImport:
             f"  used by {path}:3:10",
         ]
 
-    def test_a_library_error_names_the_plugins_line(self, write: Write, folder: Path):
-        path = write("camera.py", "import json\njson.loads('{')\n")
-        error = failure("camera", folder)
-        assert str(error).startswith(f"{path}:2:1: error: plugin 'camera' cannot be imported: JSONDecodeError")
+    def test_a_library_error_names_the_plugins_line(self, write: Write, folder: Path, golden):
+        write("camera.py", "import json\njson.loads('{')\n")
+        golden(str(failure("camera", folder)))
 
     def test_a_syntax_error_has_its_column_and_line(self, write: Write, folder: Path):
         path = write("helper.py", "x = 1\nclass Camera(:\n")
@@ -308,10 +307,9 @@ class TestFailingImport:
         path = write("arm/driver.py", "class Arm(\n")
         assert str(failure("arm", folder)).startswith(f"{path}:1:")
 
-    def test_declaration_mistake_names_the_line_of_the_class(self, write: Write, folder: Path):
-        path = write("camera.py", "from busflow import Node\n\nclass Camera(Node):\n    def clock(self): ...\n")
-        text = str(failure("camera", folder))
-        assert text.startswith(f"{path}:3:1: error: plugin 'camera' cannot be imported: Camera.clock")
+    def test_declaration_mistake_names_the_line_of_the_class(self, write: Write, folder: Path, golden):
+        write("camera.py", "from busflow import Node\n\nclass Camera(Node):\n    def clock(self): ...\n")
+        golden(str(failure("camera", folder)))
 
     def test_an_absolute_neighbour_import_suggests_the_relative_one(self, write: Write, folder: Path):
         write("helper.py", "")
@@ -327,31 +325,29 @@ class TestFailingImport:
         assert "No module named '.helpr'" in text
         assert "did you mean 'helper'?" in text
 
-    def test_a_missing_library_is_to_be_installed(self, write: Write, folder: Path):
+    def test_a_missing_library_is_to_be_installed(self, write: Write, folder: Path, golden):
         write("camera.py", "import no_such_library\n")
-        assert f"install what provides 'no_such_library' into the environment {sys.prefix}" in str(
-            failure("camera", folder)
-        )
+        golden(str(failure("camera", folder)), mask={re.escape(sys.prefix): "ENVIRONMENT"})
 
-    def test_a_ros_import_suggests_busflows_own(self, write: Write, folder: Path):
+    def test_a_ros_import_suggests_busflows_own(self, write: Write, folder: Path, golden):
         write("camera.py", "import rclpy\n")
-        assert "fix: write `from busflow import Node`; docs/coming-from-rclpy.md" in str(failure("camera", folder))
+        golden(str(failure("camera", folder)))
         write("imu.py", "from sensor_msgs.msg import Imu\n")
-        assert "fix: write `from busflow.msgs.sensor_msgs import …`" in str(failure("imu", folder))
+        golden(str(failure("imu", folder)))
         write("joints.py", "from busflow.msgs.sensor_msgs.msg import JointState\n")
-        assert "fix: write `from busflow.msgs.sensor_msgs import …`" in str(failure("joints", folder))
+        golden(str(failure("joints", folder)))
 
-    def test_a_forgotten_import_is_written_out(self, write: Write, folder: Path):
+    def test_a_forgotten_import_is_written_out(self, write: Write, folder: Path, golden):
         write("camera.py", "def on_imu(imu: Imu): ...\n")
-        assert "fix: write `from busflow.msgs.sensor_msgs import Imu`" in str(failure("camera", folder))
+        golden(str(failure("camera", folder)))
         write("lidar.py", "@timer(1)\ndef tick(self): ...\n")
-        assert "fix: write `from busflow import timer`" in str(failure("lidar", folder))
+        golden(str(failure("lidar", folder)))
         write("radar.py", "nothing_of_ours\n")
         assert "fix" not in str(failure("radar", folder))
 
-    def test_a_wrong_hook_is_marked_at_its_line(self, write: Write, folder: Path):
-        path = write("camera.py", "from busflow import Node\n\nclass Camera(Node):\n    def start(self): ...\n")
-        assert str(failure("camera", folder)).startswith(f"{path}:4:5: error: plugin 'camera' cannot be imported")
+    def test_a_wrong_hook_is_marked_at_its_line(self, write: Write, folder: Path, golden):
+        write("camera.py", "from busflow import Node\n\nclass Camera(Node):\n    def start(self): ...\n")
+        golden(str(failure("camera", folder)))
 
     @pytest.mark.parametrize("statement", ["raise SystemExit(3)", "import sys; sys.exit()", "exit()"])
     def test_a_plugin_that_exits_is_an_error(self, write: Write, folder: Path, statement: str):
@@ -381,9 +377,9 @@ class TestFailingImport:
         text = str(failure("camera", folder))
         assert r"\x1b[31mred second line" in text
 
-    def test_an_error_with_a_broken_str_is_shown(self, write: Write, folder: Path):
+    def test_an_error_with_a_broken_str_is_shown(self, write: Write, folder: Path, golden):
         write("camera.py", "class E(Exception):\n    def __str__(self):\n        raise RuntimeError\nraise E\n")
-        assert "its text raised RuntimeError" in str(failure("camera", folder))
+        golden(str(failure("camera", folder)))
 
     def test_endless_recursion_is_one_line(self, write: Write, folder: Path):
         write("camera.py", "def f():\n    f()\nf()\n")
@@ -513,13 +509,13 @@ class TestBuiltIn:
 
 
 class TestUnreadable:
-    def test_unlistable_folder_is_a_problem(self, tmp_path: Path):
+    def test_unlistable_folder_is_a_problem(self, tmp_path: Path, golden):
         (tmp_path / "loop").symlink_to(tmp_path / "loop")
         problem = plugins.unreadable(tmp_path / "loop")
         assert problem is not None
         assert problem.code == "unreadable-folder"
-        assert problem.message.startswith(f"cannot read the folder {tmp_path}/loop: ")
-        assert problem.fix == f"let it be read: chmod u+rx {tmp_path}/loop"
+        golden(problem.message)
+        golden(problem.fix)
 
     def test_readable_or_missing_folder_is_no_problem(self, write: Write, folder: Path):
         file = write("camera.py", NODE.format(name="Camera"))

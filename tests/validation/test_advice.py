@@ -47,7 +47,7 @@ def test_text_of_its_own_is_left_alone():
     assert advice(AttributeError("Arm has no get_name_", name="get_name", obj=raised)) is None
 
 
-def test_second_event_loop_has_advice_without_warning():
+def test_second_event_loop_has_advice_without_warning(golden):
     async def work():
         raise AssertionError
 
@@ -56,4 +56,4 @@ def test_second_event_loop_has_advice_without_warning():
         close_unawaited(error)  # else pytest fails a coroutine that nothing has awaited
         return advice(error)
 
-    assert asyncio.run(handler()) == "await what is to run, in an async def"
+    golden(asyncio.run(handler()))

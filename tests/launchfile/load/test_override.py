@@ -106,16 +106,15 @@ def test_missing_parameter_file_is_an_error(folder):
     assert "cannot read nope.yaml" in folder.report(FILE, sets=["nodes.talker.parameters_from=nope.yaml"])
 
 
-def test_an_index_must_be_within_its_list(folder):
+def test_an_index_must_be_within_its_list(folder, golden):
     report = folder.report(FILE, sets=["nodes.talker.parameters.gains.2=1"])
-    assert "nodes.talker.parameters.gains is a list of 2; it has no 2" in report
+    golden(report)
 
 
 @pytest.mark.parametrize("text", ["nodes.talker", "nodes..rate=1", "=1", "a." * 100 + "b=1", ""])
-def test_malformed_override_is_refused(folder, text: str):
+def test_malformed_override_is_refused(folder, text: str, golden):
     report = folder.report(FILE, sets=[text])
-    assert report.startswith("command line:1:1: error: this is not path=value\n")
-    assert "\n  fix: write a path and a value: nodes.talker.parameters.rate_hz=50" in report
+    golden(report)
 
 
 @pytest.mark.parametrize("overrides", [{"nodes.nobody.restart": "always"}, {"seed": "x"}, {"nodes.talker": 5}])

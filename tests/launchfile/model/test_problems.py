@@ -20,7 +20,7 @@ def test_problems_are_sorted_by_file_and_line():
     assert problems
 
 
-def test_too_many_problems_end_the_search():
+def test_too_many_problems_end_the_search(golden):
     problems = Problems()
     problems.add(*(Problem("x", str(n)) for n in range(MOST)))
     with problems.collecting():
@@ -28,7 +28,7 @@ def test_too_many_problems_end_the_search():
         pytest.fail("adding it raises")
     found = problems.sorted([])
     assert len(found) == MOST + 1
-    assert found[-1].message == f"there are more than {MOST} problems"
+    golden(found[-1].message)
 
 
 def test_collecting_keeps_raised_problems():
@@ -55,7 +55,7 @@ def report(folder, text: str, **how: object) -> str:
     return "\n".join(problem.render() for problem in parameter_problems(caught.value, spec))
 
 
-def test_fault_is_reported_at_its_value_or_key(folder):
+def test_fault_is_reported_at_its_value_or_key(folder, golden):
     found = report(
         folder,
         """
@@ -67,39 +67,22 @@ def test_fault_is_reported_at_its_value_or_key(folder):
               noise: {imu: loud, imuu: 1}
         """,
     )
-    assert found == (
-        "lab1.yaml:6:16: error: /talker: rate_hz must be greater than 0, got -1\n"
-        "        rate_hz: -1\n"
-        "                 ^^\n"
-        "  fix: allowed: greater than 0, at most 1000\n"
-        "lab1.yaml:7:20: error: /talker: noise.imu must be a number, got text 'loud'\n"
-        "        noise: {imu: loud, imuu: 1}\n"
-        "                     ^^^^\n"
-        "lab1.yaml:7:26: error: /talker: unknown parameter noise.imuu\n"
-        "        noise: {imu: loud, imuu: 1}\n"
-        "                           ^^^^\n"
-        "  fix: did you mean 'imu'?\n"
-        "lab1.yaml:5:5: error: /talker: parameter name is required\n"
-        "      parameters:\n"
-        "      ^^^^^^^^^^\n"
-        "  fix: add `name:` with a value (str)"
-    )
+    golden(found)
 
 
-def test_parameters_of_ros2_have_another_place(folder):
+def test_parameters_of_ros2_have_another_place(folder, golden):
     text = "nodes:\n  talker: {plugin: talker, parameters: {name: x, use_sim_time: true, ros__parameters: {name: y}}}\n"
     found = report(folder, text)
     assert "unknown parameter use_sim_time\n" in found
-    assert "fix: leave it out: all nodes have the run's clock; clock: {mode: follow} follows /clock" in found
-    assert "fix: write what is below it directly below parameters:" in found
+    golden(found)
 
 
-def test_missing_parameter_is_reported_at_the_node(folder):
+def test_missing_parameter_is_reported_at_the_node(folder, golden):
     found = report(folder, "nodes:\n  talker:\n    plugin: talker\n")
-    assert found.startswith("lab1.yaml:2:3: error: /talker: parameter name is required\n    talker:\n    ^^^^^^\n")
+    golden(found)
 
 
-def test_value_from_an_argument_names_its_origin(folder):
+def test_value_from_an_argument_names_its_origin(folder, golden):
     text = """
         args:
           rate: {type: float, default: 1}
@@ -108,21 +91,12 @@ def test_value_from_an_argument_names_its_origin(folder):
             plugin: talker
             parameters: {name: x, rate_hz: "${args.rate}"}
         """
-    assert report(folder, text, assignments=["rate:=5000"]) == (
-        "lab1.yaml:7:36: error: /talker: rate_hz must be at most 1000, got 5000.0, from command line\n"
-        '      parameters: {name: x, rate_hz: "${args.rate}"}\n'
-        "                                     ^^^^^^^^^^^^^^\n"
-        "  fix: allowed: greater than 0, at most 1000"
-    )
+    golden(report(folder, text, assignments=["rate:=5000"]))
 
 
-def test_command_line_value_is_reported_there(folder):
+def test_command_line_value_is_reported_there(folder, golden):
     text = "nodes:\n  talker: {plugin: talker, parameters: {name: x}}\n"
-    assert report(folder, text, sets=["nodes.talker.parameters.rate_hz=fast"]) == (
-        "command line:1:33: error: /talker: rate_hz must be a number, got text 'fast'\n"
-        "  nodes.talker.parameters.rate_hz=fast\n"
-        "                                  ^^^^"
-    )
+    golden(report(folder, text, sets=["nodes.talker.parameters.rate_hz=fast"]))
 
 
 def test_fault_names_the_including_file(folder):

@@ -69,9 +69,9 @@ def test_a_foreign_file_is_refused_in_one_line(tmp_path, content, said):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize(("count", "said"), [(0, "0 messages come"), (1, "1 message comes"), (2, "2 messages come")])
-def test_damage_counts_the_messages_before_it(count, said):
-    assert str(Damage("a.mcap", 7, "it is cut off", count)) == f"a.mcap at byte 7: it is cut off; {said} before it"
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_damage_counts_the_messages_before_it(count, golden):
+    golden(str(Damage("a.mcap", 7, "it is cut off", count)))
 
 
 @pytest.mark.parametrize(

@@ -145,23 +145,23 @@ def packed_zeros(compression):
 
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
 @pytest.mark.parametrize("size", [None, 10, 100 << 20, (1 << 64) - 1], ids=["true", "small", "large", "absurd"])
-def test_an_oversized_chunk_is_refused_before_unpacking(tmp_path, compression, size):
+def test_an_oversized_chunk_is_refused_before_unpacking(tmp_path, compression, size, golden):
     packed, length, crc = packed_zeros(compression)
     path = file_of(tmp_path / "bomb.mcap", Chunk(compression, packed, 0, 0, crc, length if size is None else size))
     found, damage = in_little_memory(path)
     assert found == 0
     assert "a chunk is damaged" in damage
     if (compression, size) == ("lz4", 10):  # lz4 does not say beforehand how large it will be
-        assert "it holds 11 bytes where it announces 10" in damage
+        golden(damage)
 
 
 @pytest.mark.parametrize("length", [1 << 30, (1 << 63) - 1, (1 << 64) - 1])
 @pytest.mark.parametrize("opcode", [3, 4, 5, 6, 9, 12, 200])
-def test_a_record_longer_than_the_file_is_damage(tmp_path, opcode, length):
+def test_a_record_longer_than_the_file_is_damage(tmp_path, opcode, length, golden):
     path = file_of(tmp_path / "long.mcap", end=FRAME.pack(opcode, length) + b"x" * 100)
     found, damage = served(path)
     assert (found, damage.offset) == ([], path.read_bytes().rindex(FRAME.pack(opcode, length)))
-    assert f"100 of the {length} bytes of" in damage.what
+    golden(damage.what)
 
 
 @pytest.mark.parametrize(
@@ -192,33 +192,33 @@ def test_a_chunk_with_false_claims_is_refused(tmp_path, packed, compression, siz
     assert "\x1b" not in str(BagError(damage.what))
 
 
-def test_a_redeclared_channel_or_missing_schema_is_damage(tmp_path):
+def test_a_redeclared_channel_or_missing_schema_is_damage(tmp_path, golden):
     first = Channel(1, "/a", "cdr", {}, 0)
     other = Channel(1, "/b", "cdr", {}, 0)
     found, damage = served(file_of(tmp_path / "a.mcap", first, message(1), other, message(2)))
     assert (len(found), damage.what) == (1, "channel 1 is declared a second time, otherwise")
     _, damage = served(file_of(tmp_path / "b.mcap", Channel(1, "/a", "cdr", {}, 7)))
-    assert damage.what == "channel 1 has schema 7, which is not there"
+    golden(damage.what)
     _, damage = served(file_of(tmp_path / "c.mcap", Schema(1, b"", "", "x"), Schema(1, b"y", "", "x")))
-    assert damage.what == "schema 1 is declared a second time, otherwise"
+    golden(damage.what)
 
 
-def test_metadata_with_a_false_length_is_damage(tmp_path):
+def test_metadata_with_a_false_length_is_damage(tmp_path, golden):
     builder = RecordBuilder()
     Metadata("busflow", {"seed": "1"}).write(builder)
     record = bytearray(builder.end())
     record[9 + 4 + 7 : 9 + 4 + 7 + 4] = b"\xff\xff\xff\xff"
     _, damage = served(file_of(tmp_path / "m.mcap", bytes(record)))
-    assert damage.what.startswith("a metadata is damaged: it announces 4 bytes where 0 are left")
+    golden(damage.what)
 
 
-def test_a_false_summary_offset_is_ignored(tmp_path):
+def test_a_false_summary_offset_is_ignored(tmp_path, golden):
     for start in (1, 1 << 40, (1 << 64) - 1):
         builder = RecordBuilder()
         Footer(start, 0, 0).write(builder)
         path = file_of(tmp_path / "s.mcap", end=builder.end() + MAGIC)
         with Bag(path) as bag:
-            assert f"the footer says that the summary begins at {start}" in bag.incomplete[0]
+            golden(bag.incomplete[0])
             assert list(bag.entries()) == []
 
 
@@ -247,7 +247,7 @@ def in_little_memory(path):
 
 
 @pytest.mark.long
-def test_many_small_lies_take_little_memory(tmp_path):
+def test_many_small_lies_take_little_memory(tmp_path, golden):
     """A chunk of nothing but channels, packed small: what is declared is bounded, too."""
     builder = RecordBuilder()
     for number in range(1, 1 << 16):
@@ -257,19 +257,19 @@ def test_many_small_lies_take_little_memory(tmp_path):
     assert path.stat().st_size < 4 << 20
     count, damage = in_little_memory(path)
     assert count == 0
-    assert "topics and types take more than" in damage
+    golden(damage)
 
 
-def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path, golden):
     import os
 
     os.mkfifo(tmp_path / "pipe.mcap")
-    assert "it is not a file" in refused(tmp_path / "pipe.mcap")
+    golden(refused(tmp_path / "pipe.mcap"))
     assert "No such file" in refused(tmp_path / "none.mcap")
     assert "null" in refused("a\0b")
 
 
-def test_a_file_truncated_during_reading_is_damage(tmp_path):
+def test_a_file_truncated_during_reading_is_damage(tmp_path, golden):
     path = write_numbers(tmp_path / "shrink.mcap", 60_000, compression=CompressionType.NONE)
     with Bag(path) as bag:
         entries = bag.entries()
@@ -277,4 +277,4 @@ def test_a_file_truncated_during_reading_is_damage(tmp_path):
         path.write_bytes(path.read_bytes()[:4000])
         list(entries)
         assert bag.damage is not None
-        assert bag.damage.what == "the file has become shorter while it was read"
+        golden(bag.damage.what)

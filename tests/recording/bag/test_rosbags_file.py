@@ -108,13 +108,13 @@ def test_a_compressed_bag_is_read(tmp_path, storage, mode):
         ]
 
 
-def test_topic_with_contradicting_metadata_is_reported_missing(tmp_path):
+def test_topic_with_contradicting_metadata_is_reported_missing(tmp_path, golden):
     bag = write_bag(tmp_path / "bag", compression=CompressionMode.FILE)
     metadata = bag / "metadata.yaml"
     metadata.write_text(metadata.read_text("utf-8").replace("name: /talk", "name: /walk"), "utf-8")
     with Bag(bag) as opened:
         assert len(list(opened.entries())) == 2
-        assert "3 messages are announced, and 2 are there" in opened.damage.what
+        golden(opened.damage.what)
 
 
 @pytest.mark.parametrize("compression", [None, CompressionMode.FILE])

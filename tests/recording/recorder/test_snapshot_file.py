@@ -71,7 +71,7 @@ def test_a_thread_writes_on_system_time(tmp_path):
             assert reader.message_count > 3
 
 
-def test_a_failed_snapshot_does_not_lose_the_next(tmp_path):
+def test_a_failed_snapshot_does_not_lose_the_next(tmp_path, golden):
     async def use(graph):
         first = graph.snapshot("first").path
         os.truncate(first, 10)
@@ -84,7 +84,7 @@ def test_a_failed_snapshot_does_not_lose_the_next(tmp_path):
     report = on_system_time(tmp_path, use, after="50ms")
     first, second = report.snapshots
     assert not first.complete
-    assert "truncated while it was written" in first.why
+    golden(first.why)
     assert second.complete
     with Bag(second.path) as bag:
         assert 1000 in counts(bag)

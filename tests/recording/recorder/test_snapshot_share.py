@@ -70,7 +70,7 @@ async def test_a_failure_waits_for_its_order(tmp_path):
 
 
 @virtual_time
-async def test_a_file_that_cannot_be_made_is_reported(tmp_path):
+async def test_a_file_that_cannot_be_made_is_reported(tmp_path, golden):
     reports = []
     lab, keeper = lab_of(tmp_path, print, reports)
     async with lab:
@@ -78,4 +78,4 @@ async def test_a_file_that_cannot_be_made_is_reported(tmp_path):
         await lab.settle()
     (report,) = reports
     assert (report.written, report.complete) == (True, False)
-    assert "make its folder first" in report.why
+    golden(report.why)

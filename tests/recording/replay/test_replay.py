@@ -88,16 +88,14 @@ def buggy():
     return Tilted(name="sensor_processor")
 
 
-def test_a_planted_bug_is_found(lab_bag):
+def test_a_planted_bug_is_found(lab_bag, golden):
     outcome = replay(lab_bag, buggy())
     assert not outcome.same
     assert outcome.difference_count == 200
     with pytest.raises(ReplayDiffers) as caught:
         outcome.assert_same()
     first, second, *rest = str(caught.value).splitlines()
-    assert first == (
-        f"/sensor_processor: 200 differences from {lab_bag}; compared: 100 on /balance_state, 100 on /stability_index"
-    )
+    golden(first)
     assert second.startswith("  /balance_state #1 at 0.100000000 s: data: 0.")
     assert rest[-1] == "  … and 195 more"
     assert isinstance(caught.value, AssertionError)
@@ -127,7 +125,7 @@ def test_a_tolerance_forgives_what_is_small(lab_bag):
     assert not replay(lab_bag, nudged(1e-5), tolerance=1e-6).same
 
 
-def test_doubled_late_and_missing_messages_are_differences(lab_bag):
+def test_doubled_late_and_missing_messages_are_differences(lab_bag, golden):
     class Twice(SensorProcessor):
         def on_imu(self, imu: Imu) -> None:
             super().on_imu(imu)
@@ -147,7 +145,7 @@ def test_doubled_late_and_missing_messages_are_differences(lab_bag):
     }
     assert kinds == {"Twice": {"content", "extra"}, "Late": {"time", "missing"}, "Silent": {"missing"}}
     (line,) = [str(each) for each in replay(lab_bag, Late(name="sensor_processor")).differences[:1]]
-    assert line.endswith("published 10 ms later in the replay")
+    golden(line)
 
 
 def test_a_node_that_fails_is_a_difference(lab_bag):
@@ -230,7 +228,7 @@ def test_a_tick_and_simultaneous_input_keep_recorded_order(tmp_path, order):
     assert outcome.outputs["/counts"][0].data == (1 if order[0] is Beat else 0)
 
 
-def test_a_timer_with_a_new_period_keeps_it(tmp_path):
+def test_a_timer_with_a_new_period_keeps_it(tmp_path, golden):
     path = recorded(tmp_path / "run.mcap", Pulse, Counter)
 
     class Faster(Counter):
@@ -241,7 +239,7 @@ def test_a_timer_with_a_new_period_keeps_it(tmp_path):
     outcome = replay(path, Faster(name="counter"))
     assert len(outcome.outputs["/counts"]) == 20
     assert not outcome.same
-    assert "10 ticks of timers were recorded for which no timer waited in the replay" in outcome.notes
+    golden("\n".join(outcome.notes))
 
 
 class GainParameters(Parameters):
@@ -518,7 +516,7 @@ def test_the_recording_s_own_replay_is_complete(lab_bag, tmp_path):
         assert {each.topic for each in bag.channels} >= {"/imu/data", "/balance_state"}
 
 
-def test_what_a_node_had_lost_is_noted(tmp_path):
+def test_what_a_node_had_lost_is_noted(tmp_path, golden):
     class Burst(Node):
         pulse = publisher(Int64, "pulse")
 
@@ -538,7 +536,7 @@ def test_what_a_node_had_lost_is_noted(tmp_path):
     path = recorded(tmp_path / "run.mcap", Burst, Slow)
     outcome = replay(path, Slow)
     assert outcome.notes[0].startswith("/pulse: /slow dropped ")
-    assert outcome.notes[0].endswith(" messages, but received all in the replay")
+    golden(outcome.notes[0])
 
 
 def test_a_stopped_node_receives_no_replayed_message(tmp_path):
@@ -572,12 +570,12 @@ def test_a_stopped_node_receives_no_replayed_message(tmp_path):
     assert outcome.notes == []
 
 
-def test_what_the_recording_has_not_is_noted(tmp_path):
+def test_what_the_recording_has_not_is_noted(tmp_path, golden):
     path = tmp_path / "run.mcap"
     recorded({"to": str(path), "topics": ["counts"]}, Pulse, Counter)
     outcome = replay(path, Counter)
     assert not outcome.same
-    assert "/pulse is not in the recording: /counter received nothing on it" in outcome.notes
+    golden("\n".join(outcome.notes))
 
 
 def test_a_ros_2_bag_is_replayed():

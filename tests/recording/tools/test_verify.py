@@ -80,18 +80,17 @@ def test_outside_recording_knows_only_the_published_counts(tmp_path):
     assert found_in(path) == ([], "")
 
 
-def test_a_message_that_its_type_cannot_read(tmp_path):
+def test_a_message_that_its_type_cannot_read(tmp_path, golden):
     bad = [(number, b"\0\1\0\0\7") for number in range(2, 9)]
     found, text = found_in(write(tmp_path / "a.mcap", (1, TRUE), *bad, facts=None))
     assert found == [("wrong", "message")] * 4
-    assert "message 2 of /a: std_msgs/msg/Bool: data at byte 4: a bool is 0 or 1, not 7" in text
-    assert "4 more messages of /a cannot be read" in text
+    golden(text)
 
 
-def test_an_invalid_definition_or_false_hash_is_wrong(tmp_path):
+def test_an_invalid_definition_or_false_hash_is_wrong(tmp_path, golden):
     found, text = found_in(write(tmp_path / "a.mcap", (1, TRUE), facts=None, definition=b"bool\n"))
     assert found == [("wrong", "type")]
-    assert "has a definition that cannot be read" in text
+    golden(text)
     hashed = {"topic_type_hash": "RIHS01_" + "0" * 64}
     found, text = found_in(write(tmp_path / "b.mcap", (1, TRUE), facts=None, metadata=hashed))
     assert found == [("wrong", "type")]
@@ -108,7 +107,7 @@ def test_a_cut_is_incomplete_and_a_flip_wrong(numbers):
     assert {kind for kind, _ in found_in(numbers)[0]} == {"wrong"}
 
 
-def test_what_a_damage_has_taken_is_counted_once(tmp_path):
+def test_what_a_damage_has_taken_is_counted_once(tmp_path, golden):
     ledger = RIGHT | {"recorded": "400"}
     path = write(tmp_path / "a.mcap", *((number, TRUE) for number in range(1, 401)), ledger=ledger, chunk_size=1000)
     content = bytearray(path.read_bytes())
@@ -119,7 +118,7 @@ def test_what_a_damage_has_taken_is_counted_once(tmp_path):
     with Bag(path) as bag:
         found = examine(bag)
     assert [each.code for each in found.findings] == ["damaged", "damaged", "ledger"]
-    assert found.findings[-1].message == f"400 messages were recorded, and {found.there} are there"
+    golden(found.findings[-1].message)
     assert 0 < found.messages < found.there < 400
 
 
