@@ -5,34 +5,35 @@ import pytest
 from busflow.errors import InvalidParameter
 from busflow.testing import harness, virtual_time
 from busflow_assistant.assistant import Assistant
+from tests.golden import Golden
 
 LOCAL = {"url": "http://127.0.0.1:9", "model": "m"}
 
 
 @pytest.mark.parametrize(
-    ("endpoint", "why"),
+    "endpoint",
     [
-        ({"url": "ftp://host", "model": "m"}, "must begin with http"),
-        ({"url": "http://example.org/v1", "model": "m"}, "must be https"),
-        ({"url": "https://key@example.org/v1", "model": "m"}, "must hold no key"),
-        ({"url": "https://example.org/v1?key=1", "model": "m"}, "must hold no key"),
-        ({"url": "https://example.org/v1"}, "model must name"),
-        (LOCAL | {"api_key_env": "ASSISTANT_KEY_THAT_IS_NOT_SET"}, "is not set"),
-        (LOCAL | {"api_key_env": "sk-0123456789"}, "api_key_env"),
+        {"url": "ftp://host", "model": "m"},
+        {"url": "http://example.org/v1", "model": "m"},
+        {"url": "https://key@example.org/v1", "model": "m"},
+        {"url": "https://example.org/v1?key=1", "model": "m"},
+        {"url": "https://example.org/v1"},
+        LOCAL | {"api_key_env": "ASSISTANT_KEY_THAT_IS_NOT_SET"},
+        LOCAL | {"api_key_env": "sk-0123456789"},
     ],
 )
-def test_endpoint_that_cannot_be_is_refused(endpoint, why):
-    with pytest.raises(InvalidParameter, match=why):
+def test_endpoint_that_cannot_be_is_refused(endpoint, golden):
+    with golden.raises(InvalidParameter):
         Assistant(endpoint=endpoint)
 
 
-def test_folder_without_a_model_is_refused(tmp_path):
-    with pytest.raises(InvalidParameter, match=r"there is no config\.json"):
+def test_folder_without_a_model_is_refused(tmp_path, golden):
+    with golden.raises(InvalidParameter):
         Assistant(embedder={"model_dir": str(tmp_path)})
 
 
 @virtual_time
-async def test_endpoint_cannot_be_set_at_run_time():
+async def test_endpoint_cannot_be_set_at_run_time(golden: Golden):
     async with harness(Assistant) as lab:
-        with pytest.raises(InvalidParameter, match="read-only"):
+        with golden.raises(InvalidParameter):
             lab.set_parameters(Assistant, {"endpoint.url": "https://example.org/v1", "endpoint.model": "m"})

@@ -10,6 +10,7 @@ from busflow_assistant.markdown import read_page
 from busflow_assistant.messages import Index
 from busflow_assistant.page_files import ReadingLimits, read_pages
 from busflow_assistant.page_index import PageIndex
+from tests.golden import Golden
 
 TESTS = Path(__file__).parent
 
@@ -54,19 +55,19 @@ async def test_unchanged_files_are_published_once(book: Path):
 
 
 @virtual_time
-async def test_what_is_left_out_is_logged_once(book: Path):
+async def test_what_is_left_out_is_logged_once(book: Path, golden: Golden):
     (book / "bad.md").write_bytes(b"\xff\xfe")
     async with harness(PageIndex(pages=[str(book)])) as lab:
         (book / "one.md").write_text("# Changed\n")
         await lab.advance(2)
-        assert lab.received("assistant/index", Index)[-1].left_out == ("bad.md: it is no UTF-8 at byte 0",)
-        assert [line.event for line in lab.log if line.level == "warning"] == ["a page is left out"]
+        golden("\n".join(lab.received("assistant/index", Index)[-1].left_out))
+        golden("\n".join(line.event for line in lab.log if line.level == "warning"))
 
 
 @virtual_time
-async def test_folder_without_a_page_is_a_warning(tmp_path: Path):
+async def test_folder_without_a_page_is_a_warning(tmp_path: Path, golden: Golden):
     async with harness(PageIndex(pages=[str(tmp_path)])) as lab:
-        assert [line.event for line in lab.log] == ["there is no page to answer from"]
+        golden("\n".join(line.event for line in lab.log))
         (tmp_path / "late.md").write_text("# Late\n")
         await lab.advance(1)
         assert names(lab.received("assistant/index", Index)[-1]) == ["late.md"]
@@ -85,9 +86,9 @@ def test_link_out_of_the_folder_is_no_page(book: Path, tmp_path_factory: pytest.
     assert [page.name for page in read_pages([str(book)], ReadingLimits()).pages] == ["one.md", "deep/two.md"]
 
 
-def test_missing_file_is_left_out_with_the_reason(tmp_path: Path):
+def test_missing_file_is_left_out_with_the_reason(tmp_path: Path, golden: Golden):
     found = read_pages([str(tmp_path / "gone.md")], ReadingLimits())
-    assert found.left_out == ("gone.md: No such file or directory",)
+    golden("\n".join(found.left_out))
 
 
 def test_pages_of_docusaurus_are_read(tmp_path: Path):
@@ -95,10 +96,10 @@ def test_pages_of_docusaurus_are_read(tmp_path: Path):
     assert [page.name for page in read_pages([str(tmp_path)], ReadingLimits()).pages] == ["intro.mdx"]
 
 
-def test_second_page_of_a_name_is_left_out(book: Path):
+def test_second_page_of_a_name_is_left_out(book: Path, golden: Golden):
     found = read_pages([str(book / "one.md"), str(book)], ReadingLimits())
     assert [page.name for page in found.pages] == ["one.md", "deep/two.md"]
-    assert "another page has this name" in found.left_out[0]
+    golden("\n".join(found.left_out))
 
 
 def test_page_survives_its_message():

@@ -19,6 +19,7 @@ from busflow_ui.book.export import export
 from busflow_ui.book.live_parts import LivePart, read
 from busflow_ui.book.rendering import rendered
 from busflow_ui.book.site import BookSite
+from tests.golden import Golden
 
 ROOT = Path(__file__).parents[3]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -211,25 +212,26 @@ def test_images_of_the_folder_are_served(tmp_path: Path):
     assert (answer.kind, answer.body) == ("image/png", b"picture")
 
 
-def test_wrong_places_are_one_error(tmp_path: Path):
+def test_wrong_places_are_one_error(tmp_path: Path, golden: Golden):
     (tmp_path / "a").mkdir()
-    with pytest.raises(InvalidInput, match="no page"):
+    with golden.raises(InvalidInput):
         Book([tmp_path / "a"])
-    with pytest.raises(InvalidInput, match="neither a folder nor a Markdown"):
+    with golden.raises(InvalidInput, mask={re.escape(str(ROOT)): "PROJECT"}):
         Book([ROOT / "LICENSE"])
     for folder in ("b", "c"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "x.md").write_text("# x")
-    with pytest.raises(InvalidInput, match=r"two pages of the book are named x\.md"):
+    with golden.raises(InvalidInput):
         Book([tmp_path / "b", tmp_path / "c"])
 
 
-def test_unreadable_pages_say_why(tmp_path: Path):
+def test_unreadable_pages_say_why(tmp_path: Path, golden: Golden):
     (tmp_path / "a.md").write_bytes(b"\xff\xfe")
     (tmp_path / "b.md").write_bytes(b"x" * 1_000_001)
     found = Book([tmp_path])
-    assert "it is no UTF-8 at byte 0" in page(found, "a.html")
-    assert "larger than 1 MB" in page(found, "b.html")
+    for name in ("a.html", "b.html"):
+        (reason,) = re.findall(r"This page[^<]*", page(found, name))
+        golden(reason)
 
 
 # Chapters.
@@ -295,20 +297,20 @@ def test_a_comment_becomes_a_live_part(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("comment", "why"),
+    "comment",
     [
-        ("<!-- busflow-plat topic=/a -->", "did you mean 'plot'"),
-        ("<!-- busflow-plot topic=/a -->", "busflow-plot needs field"),
-        ("<!-- busflow-plot topic=/a field=x onload=y -->", "no attribute onload"),
-        ('<!-- busflow-plot topic="<b>" field=x -->', "topic cannot be '<b>'"),
-        ("<!-- busflow-plot topic=/a field=x; -->", "field cannot be"),
-        ("<!-- busflow-graph {} -->", "written name=value"),
+        "<!-- busflow-plat topic=/a -->",
+        "<!-- busflow-plot topic=/a -->",
+        "<!-- busflow-plot topic=/a field=x onload=y -->",
+        '<!-- busflow-plot topic="<b>" field=x -->',
+        "<!-- busflow-plot topic=/a field=x; -->",
+        "<!-- busflow-graph {} -->",
     ],
 )
-def test_a_wrong_live_part_is_named(comment: str, why: str, tmp_path: Path):
-    assert why in str(read(comment))
+def test_a_wrong_live_part_is_named(comment: str, tmp_path: Path, golden: Golden):
+    golden(str(read(comment)))
     found = book(tmp_path, a=f"# A\n\n{comment}\n")
-    assert [fault for fault in found.faults() if "a.md: line 3: " in fault and why in fault]
+    assert [fault for fault in found.faults() if "a.md: line 3: " in fault]
     assert "data-live" not in page(found, "a.html")
 
 
@@ -343,9 +345,9 @@ def test_a_site_needs_no_server(tmp_path: Path):
     assert all((site / "part" / link).exists() for link in links if link)
 
 
-def test_an_export_overwrites_nothing_else(tmp_path: Path):
+def test_an_export_overwrites_nothing_else(tmp_path: Path, golden: Golden):
     found = book(tmp_path, a="# A")
-    with pytest.raises(InvalidInput, match="is no export of a book"):
+    with golden.raises(InvalidInput):
         export(found, tmp_path, tmp_path)
-    with pytest.raises(InvalidInput, match="cannot be written"):
+    with golden.raises(InvalidInput):
         export(found, tmp_path / "missing", tmp_path / "site")

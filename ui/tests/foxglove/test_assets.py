@@ -11,8 +11,9 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from busflow.errors import NoSuchTarget
-from busflow_ui.foxglove.assets import EXTENSIONS, read_asset
+from busflow_ui.foxglove.assets import read_asset
 from tests.cli.conftest import standing
+from tests.golden import Golden
 from ui.tests.foxglove.test_command import PATIENCE_S, Client, Served, serving
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -42,30 +43,29 @@ def test_mesh_is_read_whatever_its_case(packages: dict[str, Path]):
 
 
 @pytest.mark.parametrize(
-    ("uri", "reason"),
+    "uri",
     [
-        ("package://lab/../beside.stl", "leads out of the package lab"),
-        ("package://lab/out.stl", "leads out of the package lab"),
-        ("package://lab/%2e%2e/beside.stl", "leads out of the package lab"),
-        ("package://lab/key.pem", "is no mesh, texture or description; these are sent: .bmp .dae"),
-        ("package://lab/key.stl", "is no mesh, texture or description"),
-        ("package://lab/inner", "there is no file 'inner' in the package lab"),
-        ("package://lib/arm.stl", "names no package 'lib' under packages:; did you mean 'lab'?"),
-        ("file:///etc/passwd", "is not a file of a package"),
-        ("https://example.org/arm.stl", "is not a file of a package"),
+        "package://lab/../beside.stl",
+        "package://lab/out.stl",
+        "package://lab/%2e%2e/beside.stl",
+        "package://lab/key.pem",
+        "package://lab/key.stl",
+        "package://lab/inner",
+        "package://lib/arm.stl",
+        "file:///etc/passwd",
+        "https://example.org/arm.stl",
     ],
 )
-def test_what_is_not_named_is_refused(packages: dict[str, Path], uri: str, reason: str):
-    with pytest.raises(NoSuchTarget) as refused:
+def test_file_outside_of_named_packages_is_refused(packages: dict[str, Path], uri: str, golden: Golden):
+    with golden.raises(NoSuchTarget) as refused:
         read_asset(uri, packages)
-    assert reason in str(refused.value)
     assert str(packages["lab"].parent) not in str(refused.value)
 
 
-def test_file_of_the_largest_size_is_sent(packages: dict[str, Path]):
+def test_file_of_the_largest_size_is_sent(packages: dict[str, Path], golden: Golden):
     (packages["lab"] / "large.stl").write_bytes(b"x" * 1024)
     assert len(read_asset("package://lab/large.stl", packages, most_bytes=1024)) == 1024
-    with pytest.raises(NoSuchTarget, match="has more than 0 MiB; make the mesh coarser"):
+    with golden.raises(NoSuchTarget):
         read_asset("package://lab/large.stl", packages, most_bytes=1023)
 
 
@@ -146,7 +146,7 @@ def turn(transform: Any) -> tuple[float, ...]:
     return rotation.x, rotation.y, rotation.z, rotation.w
 
 
-def test_viewer_gets_meshes_and_nothing_else(viewer: Client):
+def test_viewer_gets_meshes_and_nothing_else(viewer: Client, golden: Golden):
     assert "assets" in viewer.info["capabilities"]
     asked = ["lab/inner/arm.STL", "lab/../beside.stl", "lab/out.stl", "lab/key.pem", "lab/nothing.stl"]
     for number, path in enumerate(asked, 100):
@@ -156,12 +156,7 @@ def test_viewer_gets_meshes_and_nothing_else(viewer: Client):
     assert [(number, status, content) for number, status, _, content in answers[1:]] == [
         (number, 1, b"") for number in range(101, 105)
     ]
-    assert [reason for *_, reason, _ in answers[1:]] == [
-        "'../beside.stl' leads out of the package lab",
-        "'out.stl' leads out of the package lab",
-        f"'package://lab/key.pem' is no mesh, texture or description; these are sent: {' '.join(sorted(EXTENSIONS))}",
-        "there is no file 'nothing.stl' in the package lab",
-    ]
+    golden("\n".join(reason for *_, reason, _ in answers[1:]))
 
 
 def fetched(client: Client) -> tuple[int, int, str, bytes]:
@@ -173,9 +168,11 @@ def fetched(client: Client) -> tuple[int, int, str, bytes]:
             return request, status, frame[10 : 10 + length].decode(), frame[10 + length :]
 
 
-def test_run_without_packages_offers_no_files(lab1: Any):
+def test_run_without_packages_offers_no_files(lab1: Any, golden: Golden):
     with serving(lab1[0]) as served:
         client = served.client()
         assert "assets" not in client.info["capabilities"]
         client.ask("fetchAsset", uri="package://lab/arm.stl", requestId=1)
-        assert fetched(client)[:3] == (1, 1, "the launch file names no package 'lab' under packages:; it names none")
+        request, status, reason, _ = fetched(client)
+        assert (request, status) == (1, 1)
+        golden(reason)

@@ -26,6 +26,7 @@ from busflow.wire.client.client import join
 from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import to_text
 from tests.cli.test_cli import HEAVY, in_one_process
+from tests.golden import Golden
 
 PATIENCE_S = 60.0
 Refused = Callable[..., tuple[int, str]]
@@ -387,17 +388,17 @@ def test_parameters_are_read_set_and_followed(served: Served, lab1: Any):
     assert changed["parameters"] == [row | {"value": 10.0}]
 
 
-def test_refused_parameter_is_reported_and_old_value_shown(served: Served):
+def test_refused_parameter_is_reported_and_old_value_shown(served: Served, golden: Golden):
     client = served.client()
     client.ask("setParameters", parameters=[{"name": "/sensor_publisher.noise.imu", "value": 99}])
     told = client.status("noise.imu")
     assert told["level"] == 2
-    assert "noise.imu must be at most 10, got 99" in told["message"]
+    golden(told["message"])
     assert client.until(lambda told: told.get("op") == "parameterValues")["parameters"][0]["value"] == 0.1
     client.ask("setParameters", parameters=[{"name": "/sensor_publisher.noise.imi", "value": 1}])
-    assert "did you mean '/sensor_publisher.noise.imu'?" in client.status("noise.imi")["message"]
+    golden(client.status("noise.imi")["message"])
     client.ask("setParameters", parameters=[{"name": "/sensor_publisher.noise.imu"}])
-    client.status("was not removed")
+    golden(client.status("not removed")["message"])
 
 
 # Services.
@@ -420,14 +421,12 @@ def test_a_service_is_called(served: Served):
     }
 
 
-def test_a_call_that_cannot_be_answered_says_why(served: Served):
+def test_a_call_that_cannot_be_answered_says_why(served: Served, golden: Golden):
     client = served.client()
     name = "/sensor_publisher/get_parameters"
-    assert "MalformedMessage" not in (why := client.call(name, b"\0\1\0\0\xff\xff\xff\xff")["message"])
-    assert "rcl_interfaces/srv/GetParameters_Request" in why
-    assert "its requests are cdr, not 'json'" in client.call(name, b"{}", b"json")["message"]
     client.services["/gone"] = {"id": 9999}
-    assert client.call("/gone", b"")["message"] == "the service has gone"
+    for service, *call in ((name, b"\0\1\0\0\xff\xff\xff\xff"), (name, b"{}", b"json"), ("/gone", b"")):
+        golden(client.call(service, *call)["message"])
 
 
 def test_a_failed_call_is_shown_as_a_status(served: Served):
@@ -503,21 +502,23 @@ def test_unfit_subscriptions_are_named_to_a_viewer(served_odds: Served, odd_lab:
 @pytest.mark.parametrize(
     ("channel", "why"),
     [
-        ({"topic": "/cmd", "schemaName": "std_msgs/msg/String"}, "/cmd has the type std_msgs/msg/Float64"),
+        ({"topic": "/cmd", "schemaName": "std_msgs/msg/String"}, "/cmd"),
         ({"topic": "/new", "schemaName": "std_msgs/msg/Nothing"}, "std_msgs/msg/Nothing"),
         ({"topic": "/a b\x1b[31m", "schemaName": "std_msgs/msg/String"}, "a b"),
-        ({"topic": "/new", "schemaName": "std_msgs/msg/String", "encoding": "protobuf"}, "'protobuf' is not offered"),
+        ({"topic": "/new", "schemaName": "std_msgs/msg/String", "encoding": "protobuf"}, "protobuf"),
     ],
 )
-def test_an_impossible_publication_is_refused_with_a_reason(served_odds: Served, channel: dict[str, str], why: str):
+def test_an_impossible_publication_is_refused_with_a_reason(
+    served_odds: Served, channel: dict[str, str], why: str, golden: Golden
+):
     client = served_odds.client()
     client.ask("advertise", channels=[{"id": 1, "encoding": "cdr", **channel}])
     told = client.status(why)
     assert told["level"] == 2
-    assert "\x1b" not in told["message"]
+    golden(told["message"])
 
 
-def test_read_only_viewers_look_and_do_nothing_else(lab1: Any):
+def test_read_only_viewers_look_and_do_nothing_else(lab1: Any, golden: Golden):
     with serving(lab1[0], "--read-only") as served:
         client = served.client()
         assert client.info["capabilities"] == ["parameters", "parametersSubscribe", "connectionGraph"]
@@ -528,7 +529,7 @@ def test_read_only_viewers_look_and_do_nothing_else(lab1: Any):
         client.ask("setParameters", parameters=[{"name": "/sensor_publisher.noise.imu", "value": 0.2}])
         client.status("may not set parameters")
         client.services["/any"] = {"id": 1}
-        assert "may not call services" in client.call("/any", b"")["message"]
+        golden(client.call("/any", b"")["message"])
         assert client.parameters("/sensor_publisher.noise.imu") == {"/sensor_publisher.noise.imu": 0.1}
         client.subscribe("/imu/data")
         client.message()
@@ -660,7 +661,7 @@ def test_ctrl_c_ends_despite_a_stalled_client(odd_lab: Any):
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-def test_end_of_the_run_ends_the_command(place: Any, start_run: Any, project: Any, how: signal.Signals):
+def test_end_of_the_run_ends_the_command(place: Any, start_run: Any, project: Any, how: signal.Signals, golden: Golden):
     run = start_run(project, "talk.yaml")
     run.wait_for("heard")
     with serving(place) as served:
@@ -675,54 +676,49 @@ def test_end_of_the_run_ends_the_command(place: Any, start_run: Any, project: An
         assert caught.value.rcvd.code == 1001
         assert served.process.wait(PATIENCE_S) == 0
         code, printed, _ = served.end()
-    assert (code, printed.splitlines()[-1]) == (0, "the run talk has ended")
+    assert code == 0
+    golden(printed.splitlines()[-1])
 
 
 # Errors.
 
 
-def test_a_port_that_is_taken_is_one_error(refused: Refused, lab1: Any):
+def test_a_port_that_is_taken_is_one_error(refused: Refused, lab1: Any, golden: Golden):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         code, told = refused(lab1[0], "--port", str(port))
     assert code == 2
-    assert told.splitlines() == [
-        f"error: 127.0.0.1:{port} cannot be listened at: Address already in use",
-        "  fix: say another one with --port, or 0 for a free one",
-    ]
+    golden(told, mask={str(port): "PORT"})
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "told"),
+    ("arguments", "code"),
     [
-        (["--run", "lab2"], 4, "error: there is no run 'lab2'; did you mean 'lab1'?\n"),
-        (["--topics", "imu/dada"], 4, "error: no topic matches 'imu/dada'; did you mean '/imu/data'?\n"),
-        (["--topics", "imu data"], 2, "error: 'imu data' is not a pattern of topics"),
-        (["imu/data"], 2, "error: unexpected 'imu/data'; patterns follow --topics"),
-        (["--port", "99999"], 2, "error: Invalid value for '--port'"),
-        (["--host", "no such host.invalid"], 2, "fix: say an address of this machine with --host"),
+        (["--run", "lab2"], 4),
+        (["--topics", "imu/dada"], 4),
+        (["--topics", "imu data"], 2),
+        (["imu/data"], 2),
+        (["--port", "99999"], 2),
+        (["--host", "no such host.invalid"], 2),
     ],
 )
-def test_a_mistake_is_one_error(refused: Refused, lab1: Any, arguments: list[str], code: int, told: str):
+def test_a_mistake_is_one_error(refused: Refused, lab1: Any, arguments: list[str], code: int, golden: Golden):
     found, printed = refused(lab1[0], *arguments)
     assert found == code
-    assert told in printed
-    assert "Traceback" not in printed
+    # The system's own words about a host differ.
+    golden(printed, mask={r"(cannot be listened at: ).*": r"\1…"})
 
 
-def test_without_a_run_it_says_so(refused: Refused, place: Any):
+def test_without_a_run_it_says_so(refused: Refused, place: Any, golden: Golden):
     code, told = refused(place)
-    assert (code, told.splitlines()[0]) == (
-        4,
-        "error: nothing is running; start a graph in another terminal: busflow run FILE",
-    )
+    assert code == 4
+    golden(told)
 
 
-def test_another_address_is_served_with_a_warning(lab1: Any):
+def test_another_address_is_served_with_a_warning(lab1: Any, golden: Golden):
     with serving(lab1[0], "--host", "0.0.0.0") as served:  # noqa: S104  # which is what is warned of
         _, _, told = served.end()
-    assert "warning: anyone that reaches 0.0.0.0 over the network can read every topic, publish commands" in told
-    assert "no password" in told
+    golden(next(line for line in told.splitlines() if line.startswith("warning")))
 
 
 def test_an_ipv6_address_is_served(lab1: Any):

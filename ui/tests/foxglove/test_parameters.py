@@ -6,6 +6,7 @@ import pytest
 
 from busflow import Node, Parameters
 from busflow_ui.foxglove.parameters import RunParameters
+from tests.golden import Golden
 
 pytestmark = pytest.mark.asyncio
 
@@ -43,13 +44,10 @@ async def test_refused_value_leaves_the_others_unset(looked_at: Any):
     assert reason.startswith("/gain: steps must be ")
 
 
-async def test_unknown_and_removed_parameters_are_refused(looked_at: Any):
+async def test_unknown_and_removed_parameters_are_refused(looked_at: Any, golden: Golden):
     async with looked_at(Gain) as looked:
         reasons = await looked.ask(RunParameters(looked.peer).set, {"/gain.gian": 1.0, "/gain.steps": None})
-    assert reasons == [
-        "there is no parameter /gain.gian; did you mean '/gain.gain'?",
-        "/gain.steps was not removed: a node's parameters are always there",
-    ]
+    golden("\n".join(reasons))
 
 
 async def test_changes_are_those_since_the_last_call(looked_at: Any):

@@ -16,6 +16,7 @@ from busflow.errors import MalformedMessage
 from busflow_ui.foxglove import protocol
 from busflow_ui.foxglove.connections import Connections
 from busflow_ui.foxglove.protocol import Level
+from tests.golden import Golden
 
 SCHEMA = "string data\n"
 VALUES = st.none() | st.integers() | st.text(max_size=3) | st.floats()
@@ -79,34 +80,32 @@ def test_a_binary_frame_says_what_is_wanted():
 
 
 @pytest.mark.parametrize(
-    ("message", "why"),
+    "message",
     [
-        ("{", "a text frame is a JSON object"),
-        ("[" * 100_000, "a text frame is a JSON object"),
-        ("[]", "a text frame is a JSON object"),
-        ('{"op": ["subscribe"]}', "nothing is known"),
-        ('{"op": "fetchAsset", "uri": "package://x"}', "requestId is a number from 0"),
-        ('{"op": "fetchAsset", "uri": 1, "requestId": 1}', "uri is text"),
-        ('{"op": "playbackControlRequest"}', "nothing is known of the operation 'playbackControlRequest'"),
-        ('{"op": "subscribe"}', "subscriptions is a list of objects"),
-        ('{"op": "subscribe", "subscriptions": [1]}', "subscriptions is a list of objects"),
-        ('{"op": "subscribe", "subscriptions": [{"id": true, "channelId": 1}]}', "id is a number from 0"),
-        ('{"op": "unsubscribe", "subscriptionIds": [4294967296]}', "subscriptionIds is a number from 0 to 4294967295"),
-        ('{"op": "advertise", "channels": [{"id": 1, "topic": "/a", "encoding": "cdr"}]}', "schemaName is text"),
-        (json.dumps({"op": "advertise", "channels": [{**CHANNEL, "schema": 3}]}), "schema is text"),
-        ('{"op": "getParameters", "parameterNames": [1]}', "parameterNames is text"),
-        ('{"op": "getParameters", "parameterNames": "a"}', "parameterNames is a list"),
-        (
-            json.dumps({"op": "setParameters", "parameters": [{"name": "a", "value": 10**400, "type": "float64"}]}),
-            "a is beyond every float64",
-        ),
-        (b"", "is not known"),
-        (b"\1abc", "is not known"),
-        (struct.pack("<BIII", 2, 6, 7, 4) + b"cdr", "an encoding of 4 bytes is announced, and 3 follow"),
+        "{",
+        "[" * 100_000,
+        "[]",
+        '{"op": ["subscribe"]}',
+        '{"op": "fetchAsset", "uri": "package://x"}',
+        '{"op": "fetchAsset", "uri": 1, "requestId": 1}',
+        '{"op": "playbackControlRequest"}',
+        '{"op": "subscribe"}',
+        '{"op": "subscribe", "subscriptions": [1]}',
+        '{"op": "subscribe", "subscriptions": [{"id": true, "channelId": 1}]}',
+        '{"op": "unsubscribe", "subscriptionIds": [4294967296]}',
+        '{"op": "advertise", "channels": [{"id": 1, "topic": "/a", "encoding": "cdr"}]}',
+        json.dumps({"op": "advertise", "channels": [{**CHANNEL, "schema": 3}]}),
+        '{"op": "getParameters", "parameterNames": [1]}',
+        '{"op": "getParameters", "parameterNames": "a"}',
+        json.dumps({"op": "setParameters", "parameters": [{"name": "a", "value": 10**400, "type": "float64"}]}),
+        b"",
+        b"\1abc",
+        struct.pack("<BIII", 2, 6, 7, 4) + b"cdr",
     ],
+    ids=lambda message: str(message)[:90],
 )
-def test_an_invalid_request_is_refused_with_the_reason(message: str | bytes, why: str):
-    with pytest.raises(MalformedMessage, match=why):
+def test_an_invalid_request_is_refused_with_the_reason(message: str | bytes, golden: Golden):
+    with golden.raises(MalformedMessage):
         protocol.read(message)
 
 

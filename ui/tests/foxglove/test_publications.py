@@ -11,6 +11,7 @@ from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Int64, String
 from busflow_ui.foxglove.protocol import ClientChannel
 from busflow_ui.foxglove.publications import Publications
+from tests.golden import Golden
 
 pytestmark = pytest.mark.asyncio
 INT64 = "std_msgs/msg/Int64"
@@ -46,25 +47,25 @@ async def test_messages_of_both_encodings_arrive(looked_at: Any):
 
 
 @pytest.mark.parametrize(
-    ("channel", "error", "why"),
+    ("channel", "error"),
     [
-        (("/a b", "cdr", INT64), InvalidName, "a b"),
-        (("/numbers", "protobuf", INT64), MalformedMessage, "'protobuf' is not offered; publish cdr"),
-        (("/text", "cdr", INT64), IncompatibleType, f"/text has the type std_msgs/msg/String, not {INT64}"),
-        (("/new", "cdr", "std_msgs/msg/Absent"), UnknownType, "std_msgs/msg/Absent"),
-        (("/new", "cdr", "grip_msgs/msg/Grip", "int8"), MalformedMessage, "line 1, column 5: this field has no name"),
-        (("/new", "cdr", "grip_msgs/msg/*", "int8 a"), UnknownType, "is no name of a message type"),
-        (("/new", "cdr", "grip_msgs/msg/Grip[2]", "int8 a"), UnknownType, "is no name of a message type"),
+        (("/a b", "cdr", INT64), InvalidName),
+        (("/numbers", "protobuf", INT64), MalformedMessage),
+        (("/text", "cdr", INT64), IncompatibleType),
+        (("/new", "cdr", "std_msgs/msg/Absent"), UnknownType),
+        (("/new", "cdr", "grip_msgs/msg/Grip", "int8"), MalformedMessage),
+        (("/new", "cdr", "grip_msgs/msg/*", "int8 a"), UnknownType),
+        (("/new", "cdr", "grip_msgs/msg/Grip[2]", "int8 a"), UnknownType),
     ],
 )
 async def test_impossible_publication_is_refused(
-    looked_at: Any, channel: tuple[str, ...], error: type[Exception], why: str
+    looked_at: Any, channel: tuple[str, ...], error: type[Exception], golden: Golden
 ):
     async with looked_at(Sink) as looked:
         publications = Publications(looked.peer)
-        with pytest.raises(error, match=why):
+        with golden.raises(error, mask={"known: .*": "known: …"}):
             await begin(looked, publications, 1, *channel)
-        with pytest.raises(NoSuchTarget, match="nothing is published under the number 1"):
+        with golden.raises(NoSuchTarget):
             publications.publish(1, b"{}")
 
 
@@ -83,18 +84,18 @@ async def test_viewers_definition_makes_an_unknown_type(looked_at: Any):
     assert type_.decode(received.payload) == {"force": 0.5, "fingers": ({"name": "left"},)}
 
 
-async def test_a_number_in_use_is_refused(looked_at: Any):
+async def test_a_number_in_use_is_refused(looked_at: Any, golden: Golden):
     async with looked_at(Sink) as looked:
         publications = Publications(looked.peer)
         await begin(looked, publications, 1, "/new", "json", INT64)
-        with pytest.raises(MalformedMessage, match="/other: its number is in use"):
+        with golden.raises(MalformedMessage):
             await begin(looked, publications, 1, "/other", "json", INT64)
         publications.end(1)
         await begin(looked, publications, 1, "/other", "json", INT64)
         publications.close()
 
 
-async def test_a_misfit_subscription_is_named_once(looked_at: Any):
+async def test_a_misfit_subscription_is_named_once(looked_at: Any, golden: Golden):
     async with looked_at(Sink) as looked:
         publications = Publications(looked.peer)
         await begin(looked, publications, 1, "/new", "json", INT64)
@@ -104,7 +105,7 @@ async def test_a_misfit_subscription_is_named_once(looked_at: Any):
         while not named:
             graph = await looked.ask(looked.peer.graph)
             named += publications.new_misfits(graph)
-        assert named[0].endswith(" does not receive /new: deadline: null is offered, 500ms is requested")
+        golden(named[0])
         assert list(publications.new_misfits(graph)) == []
         publications.close()
 

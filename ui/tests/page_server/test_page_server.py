@@ -31,6 +31,7 @@ from busflow.recording.bag import Bag
 from busflow_ui.page_server.access import Access, PageAdmission, Tokens
 from busflow_ui.page_server.files import PageFiles
 from tests.cli.test_cli import HEAVY, in_one_process
+from tests.golden import Golden
 
 PATIENCE_S = 60.0
 PAGE = Path(__file__).parents[2] / "page"
@@ -80,26 +81,27 @@ def test_its_help_imports_nothing_heavy():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "why"),
+    "arguments",
     [
-        (EVERYWHERE, "give --certificate and --key"),
-        ((*EVERYWHERE, "--control"), "give --certificate and --key"),
-        (("--read-only", "--control"), "contradict"),
-        (("--certificate", __file__), "need each other"),
-        (("--certificate", __file__, "--key", __file__, "--run", "x"), "no certificate and its key"),
-        (("--run", "x", "--bridge", "ws://x"), "one of FILE, --run and --bridge"),
-        (("--bridge", "http://x"), "no address of a WebSocket"),
-        (("--bridge", "ws://127.0.0.1:1"), "cannot be reached"),
-        ((__file__,), "it is no MCAP"),
+        EVERYWHERE,
+        (*EVERYWHERE, "--control"),
+        ("--read-only", "--control"),
+        ("--certificate", __file__),
+        ("--certificate", __file__, "--key", __file__, "--run", "x"),
+        ("--run", "x", "--bridge", "ws://x"),
+        ("--bridge", "http://x"),
+        ("--bridge", "ws://127.0.0.1:1"),
+        (__file__,),
     ],
 )
 @pytest.mark.usefixtures("place", "built_page")
-def test_what_cannot_be_shown_is_one_error(arguments: tuple[str, ...], why: str, capsys: pytest.CaptureFixture[str]):
+def test_what_cannot_be_shown_is_one_error(
+    arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str], golden: Golden
+):
     assert main(["ui", "--port", "0", *arguments]) != 0
     out, err = capsys.readouterr()
     assert out == ""
-    assert why in err
-    assert "Traceback" not in err
+    golden(err, mask={re.escape(__file__): "FILE", r"(cannot be reached|its key:).*": r"\1 …"})
 
 
 # Who is let in.
@@ -132,13 +134,13 @@ def test_only_the_own_page_and_named_sites_connect():
 
 
 @pytest.mark.parametrize("first", [{"op": "busflow/hello", "token": "wrong"}, {"op": "subscribe", "subscriptions": []}])
-def test_a_second_user_is_refused(shown: Any, first: dict[str, Any]):
+def test_a_second_user_is_refused(shown: Any, first: dict[str, Any], golden: Golden):
     page = shown.page(token="wrong")  # noqa: S106  # a wrong one
     with pytest.raises(ConnectionClosed) as refused:
         page.receive()
     assert refused.value.rcvd is not None
     assert refused.value.rcvd.code == 4401
-    assert "the token is wrong" in refused.value.rcvd.reason
+    golden(refused.value.rcvd.reason)
     address = f"{shown.url.replace('http', 'ws')}/ws"
     with connect(address, subprotocols=["foxglove.sdk.v1"]) as socket:  # type: ignore[list-item]  # text will do
         socket.send(json.dumps(first))
@@ -289,12 +291,12 @@ def test_new_lines_of_the_log_follow(own_lab: tuple[Any, Any]):
     assert page.update("log", lambda answer: answer["lines"])["lines"][0]["node"] == "/sensor_processor"
 
 
-def test_parameters_are_set_or_refused_with_reasons(own_lab: tuple[Any, Any]):
+def test_parameters_are_set_or_refused_with_reasons(own_lab: tuple[Any, Any], golden: Golden):
     page = own_lab[0].page()
     node = "/sensor_publisher"
     refused = page.answer("set_parameters", node=node, values={"noise.imu": -3})
     assert refused["changed"] == []
-    assert refused["faults"][0]["message"] == "noise.imu must be at least 0, got -3"
+    golden(refused["faults"][0]["message"])
     assert page.answer("set_parameters", node=node, values={"noise.imu": 0.5})["changed"][0]["new"] == 0.5
     (row,) = [r for r in page.answer("parameters", node=node)["parameters"] if r["name"] == "noise.imu"]
     assert (row["value"], row["file_value"]) == (0.5, 0.1)

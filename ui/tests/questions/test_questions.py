@@ -28,6 +28,7 @@ from busflow_ui.questions.graph_answer import Moment, graph_answer
 from busflow_ui.questions.heartbeat import Heartbeat
 from busflow_ui.questions.run_questions import RunQuestions
 from busflow_ui.questions.session import AskingOnly, Question, Session
+from tests.golden import Golden
 
 PATIENCE_S = 60.0
 
@@ -276,8 +277,8 @@ def test_a_question_is_answered_under_its_number():
 
 
 def test_an_error_is_one_sentence():
-    (found,) = answered(asked("order"), order=Question(saying(NoSuchTarget("there is no node /x\x1b[2J"))))
-    assert found["error"] == r"there is no node /x\x1b[2J"
+    (found,) = answered(asked("order"), order=Question(saying(NoSuchTarget("no /x\x1b[2J"))))
+    assert found["error"] == r"no /x\x1b[2J"
 
 
 def test_a_mistake_of_ours_is_answered_too(capsys: pytest.CaptureFixture[str]):
@@ -286,7 +287,7 @@ def test_a_mistake_of_ours_is_answered_too(capsys: pytest.CaptureFixture[str]):
     assert "please report it" in capsys.readouterr().out
 
 
-def test_a_page_that_looks_changes_nothing():
+def test_a_page_that_looks_changes_nothing(golden: Golden):
     done: list[int] = []
 
     async def order(_arguments: Mapping[str, Any]) -> object:
@@ -295,15 +296,15 @@ def test_a_page_that_looks_changes_nothing():
 
     questions = {"order": Question(order, changes=lambda _: True)}
     (found,) = answered(asked("order"), read_only=True, **questions)
-    assert found["error"] == "this page may only look"
+    golden(found["error"])
     assert not done
     answered(asked("order"), read_only=False, **questions)
     assert done
 
 
-def test_an_unknown_question_names_the_nearest():
+def test_an_unknown_question_names_the_nearest(golden: Golden):
     (found,) = answered(asked("grap"), graph=Question(saying({})))
-    assert found["error"] == "there is no question 'grap'; did you mean 'graph'?"
+    golden(found["error"])
 
 
 def test_waiting_questions_of_a_page_are_bounded():
@@ -315,11 +316,11 @@ def test_waiting_questions_of_a_page_are_bounded():
     assert "ask again" in found[0]["error"]
 
 
-def test_a_followed_answer_is_sent_at_once():
+def test_a_followed_answer_is_sent_at_once(golden: Golden):
     follow = {"op": "busflow/follow", "question": "graph", "on": True}
     (found,) = answered(follow, follow, graph=Question(saying({"nodes": []}), remaining=Changed))
     assert found == {"op": "busflow/update", "question": "graph", "answer": {"nodes": []}}
-    with pytest.raises(MalformedMessage, match="cannot be followed"):
+    with golden.raises(MalformedMessage):
         answered(follow, graph=Question(saying({})))
 
 
@@ -369,15 +370,15 @@ def test_a_failed_answer_holds_up_no_later(capsys: pytest.CaptureFixture[str]):
 # The assistant.
 
 
-def test_an_allowance_comes_back_with_time():
+def test_an_allowance_comes_back_with_time(golden: Golden):
     allowance = Allowance(3)
     for now_s in (0, 1, 2):
         allowance.take(now_s)
     for now_s in (2, 59.9):
-        with pytest.raises(NotAllowed, match="3 questions a minute"):
+        with golden.raises(NotAllowed):
             allowance.take(now_s)
     allowance.take(60)
-    with pytest.raises(NotAllowed, match="ask again in 1 s"):
+    with golden.raises(NotAllowed):
         allowance.take(60)
 
 
@@ -415,7 +416,7 @@ def test_a_citation_has_its_text_or_no_place():
 
 
 @pytest.mark.parametrize("message", ['{"op":"subscribe","subscriptions":[]}', b"\x01\x00\x00\x00\x00"])
-def test_asking_pages_may_not_look(message: str | bytes):
+def test_asking_pages_may_not_look(message: str | bytes, golden: Golden):
     session = Session({}, lambda _: None, read_only=True, print_message=lambda _: None)
-    with pytest.raises(NotAllowed, match="may only ask"):
+    with golden.raises(NotAllowed):
         AskingOnly(session).take(message)
