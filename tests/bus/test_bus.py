@@ -56,15 +56,6 @@ async def test_incompatible_qos_is_refused(golden, make_bench, publisher_first):
 
 
 @virtual_time
-async def test_topics_do_not_meet_either(make_bench):
-    bench = make_bench()
-    publisher, other = bench.publisher("/one"), bench.subscription(topic="/two", message_type=String)
-    publisher.publish(number(1))
-    assert queued(other) == []
-    assert publisher.subscription_count == 0
-
-
-@virtual_time
 async def test_on_attach_precedes_the_first_message(make_bench):
     bench, received = make_bench(), []
     latched = {"durability": "transient_local"}

@@ -346,6 +346,7 @@ class BusModel(RuleBasedStateMachine):
         thread = threading.Thread(target=lambda: [sender.end.publish(Int64(data=value)) for value in values])
         thread.start()
         thread.join(60)
+        assert self.bus.inbox.statistics().waiting == times
         for value in values:
             if self.blocked:
                 self.refused += 1
@@ -550,5 +551,5 @@ class BusModel(RuleBasedStateMachine):
 
 
 COLUMNS = ("published", "delivered", "dropped", "queued")
-BusModel.TestCase.settings = settings(stateful_step_count=50, max_examples=60)
+BusModel.TestCase.settings = settings(stateful_step_count=50, max_examples=max(60, settings().max_examples))
 TestBusModel = BusModel.TestCase

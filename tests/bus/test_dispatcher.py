@@ -50,16 +50,6 @@ async def test_turns_handle_at_most_a_quantum():
     assert "".join(log) == "a" * first + "b" * first + "c" * first + "a" * second + "b" * second + "c" * second
 
 
-@virtual_time
-async def test_one_turn_of_the_loop_serves_all_ready():
-    dispatcher, log = opened(), []
-    for name in "abc":
-        dispatcher.schedule(Backlog(dispatcher, log, name, 1))
-    assert log == []
-    await asyncio.sleep(0)
-    assert log == ["a", "b", "c"]
-
-
 def test_turns_are_fair_on_wall_time_too():
     async def main():
         dispatcher, log = opened(virtual=False), []

@@ -2,23 +2,11 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import pytest
 
-from busflow.bus.expiry import Perishable, SilenceTimer, expire, fresh, message_of, next_expiry_ns
-from busflow.clock import NS_PER_S, SimClock
+from busflow.bus.expiry import Perishable, SilenceTimer, message_of, next_expiry_ns
+from busflow.clock import SimClock
 from busflow.testing import virtual_time
-
-
-@virtual_time
-async def test_expire_removes_only_expired_items():
-    clock = SimClock()
-    now = clock.monotonic_ns()
-    items = deque(["plain", Perishable("old", now), Perishable("new", now + NS_PER_S)])
-    assert [fresh(item, clock) for item in items] == ["plain", None, "new"]
-    assert expire(items, clock) == 1
-    assert [fresh(item, clock) for item in items] == ["plain", "new"]
 
 
 def test_an_expired_item_still_gives_its_message():

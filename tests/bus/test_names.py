@@ -35,12 +35,6 @@ def test_name_fault_has_kind_and_index(case):
             assert fault.index == case["invalid_index"]
 
 
-def test_relative_name_starts_with_no_digit():
-    fault = names.topic_name_fault("7_up")
-    assert fault is not None
-    assert (fault.kind, fault.index) == ("token_starts_with_number", 0)
-
-
 @each_case("b_names", "hidden/")
 def test_part_with_leading_underscore_hides_a_name(case):
     assert names.is_hidden(case["input"]) == case["expect"]
@@ -134,26 +128,21 @@ def test_a_trailing_newline_is_not_overlooked(check):
         check("/a\n")
 
 
-def test_tilde_needs_a_slash_even_in_short_names():
-    assert names.topic_name_fault("~f").kind == "tilde_not_followed_by_slash"
-
-
 @pytest.mark.parametrize(
-    ("name", "kind", "index"),
+    ("find", "name", "kind", "index"),
     [
-        ("/a/1b//c", "token_starts_with_number", 3),
-        ("/a//b/1c", "repeated_slash", 3),
-        ("/1", "token_starts_with_number", 1),
-        ("//1", "repeated_slash", 1),
+        (names.topic_name_fault, "7_up", "token_starts_with_number", 0),
+        (names.topic_name_fault, "~f", "tilde_not_followed_by_slash", 1),
+        (names.topic_name_fault, "{~}", "misplaced_tilde", 1),
+        (names.full_topic_name_fault, "/a/1b//c", "token_starts_with_number", 3),
+        (names.full_topic_name_fault, "/a//b/1c", "repeated_slash", 3),
+        (names.full_topic_name_fault, "/1", "token_starts_with_number", 1),
+        (names.full_topic_name_fault, "//1", "repeated_slash", 1),
     ],
 )
-def test_first_of_two_faults_is_reported(name, kind, index):
-    fault = names.full_topic_name_fault(name)
+def test_first_fault_of_a_name_is_reported(find, name, kind, index):
+    fault = find(name)
     assert (fault.kind, fault.index) == (kind, index)
-
-
-def test_a_tilde_is_misplaced_even_between_braces():
-    assert names.topic_name_fault("{~}").kind == "misplaced_tilde"
 
 
 def test_substituted_text_is_checked_by_resolve(golden):

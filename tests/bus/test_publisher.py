@@ -1,7 +1,6 @@
 """Tests of `publisher.py`: publish to all or to none, in order; only `send` waits."""
 
 import asyncio
-import threading
 
 import pytest
 
@@ -166,18 +165,6 @@ async def test_send_timeout_is_that_of_the_full_subscription(make_bench):
     assert slow.latest == number(1)
     await sending
     assert queued(slow) == [2]
-
-
-@pytest.mark.parametrize(("offered", "requested"), PATHS)
-@virtual_time
-async def test_another_thread_touches_no_queue_itself(make_bench, offered, requested):
-    bench = make_bench()
-    publisher, subscription = bench.publisher(**offered), bench.subscription(**requested)
-    thread = threading.Thread(target=publisher.publish, args=[number(1)])
-    thread.start()
-    thread.join(60)
-    assert (queued(subscription), publisher.published) == ([], 0)
-    assert (await anext(subscription)).data == 1
 
 
 @virtual_time

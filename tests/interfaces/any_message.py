@@ -1,13 +1,24 @@
 """Strategies of hypothesis for messages of any class."""
 
+import pkgutil
 from functools import cache
+from importlib import import_module
 
 import pytest
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
+import busflow.msgs
 from busflow.interfaces.fields import PRIMITIVES
-from busflow.interfaces.message import ArrayKind, fields_of
+from busflow.interfaces.message import ArrayKind, Message, fields_of, type_name
+
+TYPES = [
+    getattr(module, word)
+    for package in pkgutil.iter_modules(busflow.msgs.__path__)
+    for module in [import_module(f"busflow.msgs.{package.name}")]
+    for word in module.__all__
+]
+MESSAGES = {type_name(cls): cls for cls in TYPES if issubclass(cls, Message)}
 
 
 def values_of(field):

@@ -7,28 +7,10 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.action import ActionType, derived_types, written_type
 from busflow.interfaces.encoding.typesupport import TypeSupport
-from busflow.interfaces.message import Int32Array, Length, Message, int32, type_name, zeros
+from busflow.interfaces.message import Length, Message, type_name
+from busflow.msgs.example_interfaces import Fibonacci
 from busflow.msgs.geometry_msgs import Point
 from busflow.msgs.unique_identifier_msgs import UUID
-
-
-class Fibonacci(ActionType, package="example_interfaces"):
-    """The action of ROS 2's own tutorial."""
-
-    class Goal(Message):
-        """How many numbers."""
-
-        order: int32 = 0
-
-    class Result(Message):
-        """All numbers."""
-
-        sequence: Int32Array = zeros()
-
-    class Feedback(Message):
-        """The numbers so far."""
-
-        sequence: Int32Array = zeros()
 
 
 class Reach(ActionType, package="my_robot"):

@@ -112,18 +112,28 @@ def test_each_field_checks_a_known_text_itself():
             Texts(any_number=one, two=one)
 
 
+class Parent(Message, package="tests"):
+    value: float64 = 1.0
+
+
+class Child(Parent, package="tests"):
+    more: float64 = 2.0
+
+
+class Family(Message, package="tests"):
+    parent: Parent = Parent()
+    child: Child = Child()
+
+
 def test_a_subclass_has_a_constructor_of_its_own():
-    class Parent(Message, package="tests"):
-        value: float64 = 1.0
-
-    class Child(Parent, package="tests"):
-        more: float64 = 2.0
-
     for cls in (Parent, Child, Parent):
         assert type(cls()) is cls
     assert (Child(more=3.0).more, Child().value) == (3.0, 1.0)
-    with pytest.raises(InvalidMessage, match="more"):
-        Parent(more=1.0)
+    family = Family(parent={"value": 3.0}, child={"value": 4.0, "more": 5.0})
+    assert family == Family(parent=Parent(value=3.0), child=Child(value=4.0, more=5.0))
+    for wrong in (lambda: Parent(more=1.0), lambda: Family(parent={"more": 1.0})):
+        with pytest.raises(InvalidMessage, match="more"):
+            wrong()
 
 
 class Share(Message, package="tests"):
@@ -154,30 +164,9 @@ def test_dicts_are_messages_at_any_depth():
     given = {"header": {"stamp": {"sec": 1}, "frame_id": "a"}, "share": {"value": 1}, "nothing": {}}
     assert Box(**given) == Box(header=Header(stamp=Time(sec=1), frame_id="a"), share=Share(value=1.0))
     box = Box(**given)
-    assert [type(each) for each in (box.header, box.header.stamp, box.share, box.nothing)] == [
-        Header,
-        Time,
-        Share,
-        Nothing,
-    ]
+    types = [type(each) for each in (box.header, box.header.stamp, box.share, box.nothing)]
+    assert types == [Header, Time, Share, Nothing]
     assert given == {"header": {"stamp": {"sec": 1}, "frame_id": "a"}, "share": {"value": 1}, "nothing": {}}
-
-
-def test_a_dict_becomes_the_field_s_own_class():
-    class Parent(Message, package="tests"):
-        value: float64 = 1.0
-
-    class Child(Parent, package="tests"):
-        more: float64 = 2.0
-
-    class Family(Message, package="tests"):
-        parent: Parent = Parent()
-        child: Child = Child()
-
-    family = Family(parent={"value": 3.0}, child={"value": 4.0, "more": 5.0})
-    assert family == Family(parent=Parent(value=3.0), child=Child(value=4.0, more=5.0))
-    with pytest.raises(InvalidMessage, match="more"):
-        Family(parent={"more": 1.0})
 
 
 # What is wrong, in words

@@ -372,17 +372,6 @@ def test_a_plugins_type_has_the_outer_folders_name(tmp_path):
 # Services, constants, finding
 
 
-def test_a_service_outside_packages_names_its_messages(tmp_path):
-    text = (
-        "from busflow.interfaces.message import Message, ServiceType, type_name\n"
-        "class Reset(ServiceType, package='my_robot'):\n"
-        "    class Request(Message): pass\n"
-        "    class Response(Message): pass\n"
-        "print(type_name(Reset.Response))\n"
-    )
-    assert run_file(tmp_path, "2024.py", text) == "my_robot/srv/Reset_Response"
-
-
 def test_constants_are_class_variables_of_a_ros_type():
     class Level(Message, package="tests"):
         OK: ClassVar[uint8] = 0
@@ -402,14 +391,6 @@ def test_constants_are_class_variables_of_a_ros_type():
     )
     assert Level.WORST == -128
     assert [field.name for field in fields_of(Level)] == ["level", "limit"]
-
-
-def test_a_type_that_holds_itself_travels_as_json():
-    class Branch(Message, package="tests"):
-        children: "Sequence[Branch]" = ()
-
-    assert not is_ros_type(Branch)
-    assert Branch(children=[Branch()]) == Branch.model_validate({"children": [{}]})
 
 
 def test_a_ros_type_has_only_ros_types_inside():

@@ -6,7 +6,6 @@ import asyncio
 import threading
 from functools import partial
 
-import anyio
 import pytest
 
 import busflow
@@ -119,14 +118,6 @@ async def test_answered_call_cancels_its_timeout():
     async with harness(Adder) as lab:
         await lab.call(Add, "adder/add", timeout=1000)
         assert [each for *_, each in asyncio.get_running_loop()._timers if not each.cancelled()] == []
-
-
-@virtual_time
-async def test_anyio_cancel_scope_ends_a_call():
-    async with harness(Adder) as lab:
-        with anyio.move_on_after(0.5) as scope:
-            await lab.call(Add, "adder/never")
-        assert (scope.cancelled_caught, lab.clock.seconds(), accounts(lab)) == (True, 0.5, True)
 
 
 @virtual_time

@@ -66,20 +66,6 @@ async def test_handler_error_reaches_caller_and_server_log(golden):
 
 
 @virtual_time
-async def test_failed_async_handler_answers_the_next_request():
-    class Moody(Node):
-        @service(Add, "add")
-        async def add(self, request: Add.Request) -> Add.Response:
-            await self.clock.sleep(0.1)
-            return Add.Response(sum=1 // request.number)
-
-    async with harness(Moody) as lab:
-        calls = [lab.call(Add, "add", Add.Request(number=number)) for number in (0, 1)]
-        failed, answered = await asyncio.gather(*calls, return_exceptions=True)
-        assert (type(failed), answered) == (ServiceFailed, Add.Response(sum=1))
-
-
-@virtual_time
 async def test_a_handler_that_returns_no_response_has_failed(golden):
     class Forgetful(Node):
         @service(Add, "nothing")

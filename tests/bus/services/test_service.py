@@ -19,11 +19,9 @@ from busflow import (
     ServiceUnavailable,
     client,
     service,
-    subscription,
 )
 from busflow.bus.services.call import Call
 from busflow.errors import DuplicateServer, LaunchError
-from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.testing import explore, harness, virtual_time
 from tests.bus.conftest import Add, Adder, accounts, line
@@ -39,24 +37,6 @@ async def test_call_returns_the_answer_in_no_time():
         assert lab.clock.seconds() == 0
         assert (line(lab, "/adder/add").received, line(lab, "/adder/add").served) == (2, 2)
         assert accounts(lab)
-
-
-@virtual_time
-async def test_nodes_ask_each_other():
-    class Asker(Node):
-        adder = client(Add, "adder/slow")
-        answer = 0
-
-        @subscription("numbers")
-        async def on_number(self, number: Int64) -> None:
-            self.answer = (await self.adder.call(Add.Request(number=number.data))).sum
-
-    async with harness(Adder, Asker) as lab:
-        lab.publish("numbers", Int64(data=5))
-        await lab.advance(0.9)
-        assert (lab.node(Asker).answer, lab.node(Asker).adder.statistics().waiting) == (0, 1)
-        await lab.advance(0.1)
-        assert (lab.node(Asker).answer, lab.node(Asker).adder.statistics().waiting) == (6, 0)
 
 
 @virtual_time

@@ -7,12 +7,10 @@ import contextlib
 import itertools
 import json
 import math
-import pkgutil
 import struct
 import tracemalloc
 import types
 from collections.abc import Sequence
-from importlib import import_module
 from typing import Annotated
 
 import numpy as np
@@ -22,7 +20,6 @@ from hypothesis import strategies as st
 from pydantic import Field, field_validator
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-import busflow.msgs
 from busflow.definitions.recorded import parse
 from busflow.errors import IncompatibleType, InvalidDeclaration, MalformedMessage
 from busflow.interfaces.action import ActionType
@@ -57,21 +54,15 @@ from busflow.interfaces.message import (
 from busflow.msgs.geometry_msgs import Point, Point32, Polygon, Vector3
 from busflow.msgs.sensor_msgs import Image, Imu
 from busflow.msgs.std_msgs import Bool, Empty, Float64MultiArray, Header, Int32, String, UInt8MultiArray
-from tests.interfaces.any_message import by_group, messages
+from tests.interfaces.any_message import MESSAGES, TYPES, by_group, messages
 from tests.vectors import each_case
 
 ROS = get_typestore(Stores.LATEST)
 ROSBAGS = get_typestore(Stores.EMPTY)
 """Types as busflow describes them, in the codec of rosbags, which compiles one that several contain once."""
-TYPES = [
-    getattr(module, word)
-    for package in pkgutil.iter_modules(busflow.msgs.__path__)
-    for module in [import_module(f"busflow.msgs.{package.name}")]
-    for word in module.__all__
-]
 PARTS = [part for each in TYPES if issubclass(each, ServiceType) for part in (each.Request, each.Response)]
 PARTS += [part for each in TYPES if issubclass(each, ActionType) for part in (each.Goal, each.Result, each.Feedback)]
-ALL = {type_name(cls): cls for cls in [each for each in TYPES if issubclass(each, Message)] + PARTS}
+ALL = MESSAGES | {type_name(cls): cls for cls in PARTS}
 
 
 class Flags(Message, package="test"):

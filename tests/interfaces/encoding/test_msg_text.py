@@ -1,26 +1,16 @@
 """A definition says all of a description, as rosbags and busflow read it."""
 
-import pkgutil
-from importlib import import_module
-
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-import busflow.msgs
 from busflow.definitions.recorded import parse
 from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.msg_text import ros2msg
 from busflow.interfaces.encoding.typesupport import describe
-from busflow.interfaces.message import Message, find_type, type_name
+from busflow.interfaces.message import find_type
+from tests.interfaces.any_message import MESSAGES
 
 ROS = get_typestore(Stores.LATEST)
-MESSAGES = {
-    type_name(cls): cls
-    for package in pkgutil.iter_modules(busflow.msgs.__path__)
-    for module in [import_module(f"busflow.msgs.{package.name}")]
-    for cls in (getattr(module, word) for word in module.__all__)
-    if issubclass(cls, Message)
-}
 
 each_package = pytest.mark.parametrize("package", sorted({name.partition("/")[0] for name in MESSAGES}))
 
