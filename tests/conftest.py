@@ -205,11 +205,11 @@ def runtime_folder() -> Iterator[Path]:
 def unhurried() -> Iterator[None]:
     """Set limits that a busy machine would exceed, here and in all processes that the tests start.
 
-    A run of this process gets 20 s to stop: one that takes longer ends its process, and here all tests with it.
+    A run gets 20 s to stop: one that takes longer ends its process by force, and here all tests with it.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(timeouts.VARIABLE, "import_warning=inf,processes_warning=inf,processes_start=inf")
-        patch.setattr(timeouts, "current", replace(timeouts.stated(os.environ[timeouts.VARIABLE]), grace=20.0))
+        patch.setenv(timeouts.VARIABLE, "grace=20,import_warning=inf,processes_warning=inf,processes_start=inf")
+        patch.setattr(timeouts, "current", timeouts.stated(os.environ[timeouts.VARIABLE]))
         yield
 
 

@@ -74,7 +74,7 @@ def test_help_ends_with_the_arguments_of_the_file(shell: Shell):
 @pytest.mark.parametrize("processes", ["file", pytest.param("auto", marks=pytest.mark.long)])
 def test_one_node_runs_without_a_file(processes: str):
     command = ["--plugin", "talker", "rate_hz:=200", "--node", "left/loud", "-r", "numbers:=/words"]
-    options = ["--for", "200ms", "--report", "run.json", "--processes", processes, "--set", "shutdown.grace=20s"]
+    options = ["--for", "200ms", "--report", "run.json", "--processes", processes]
     assert main(["run", *command, *options]) == 0
     report = reported()
     assert report["clock"] == "system"

@@ -79,7 +79,8 @@ def take_terminal() -> None:
 def terminal(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Terminal]:
     name, *options = request.param if isinstance(request.param, tuple) else (request.param,)
     plugin = f"interrupted:{name.title().replace('_', '')}"
-    (tmp_path / "launch.yaml").write_text(f"plugins: [{NODES}]\nnodes: {{{name}: {{plugin: '{plugin}'}}}}\n")
+    head = f"plugins: [{NODES}]\nshutdown: {{grace: 0.75}}\n"
+    (tmp_path / "launch.yaml").write_text(f"{head}nodes: {{{name}: {{plugin: '{plugin}'}}}}\n")
     opened = Terminal(tmp_path, *options)
     yield opened
     opened.process.kill()

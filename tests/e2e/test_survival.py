@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from busflow.errors import InspectionUnavailable, NoSuchRun
+from busflow.timeouts import VARIABLE
 from busflow.wire.client.client import Peer, join
 from busflow.wire.zenoh.keys import TokenKind
 from busflow.wire.zenoh.run_directory import find_run, runs
@@ -24,7 +25,6 @@ PATIENCE_S = 60.0
 NODES = Path(__file__).parents[1] / "nodes"
 RUN, FLOOD, BLOCKED = NODES / "run_nodes.py", NODES / "flood.py", NODES / "blocked.py"
 SLOW = f"""
-shutdown: {{grace: 20}}
 plugins: [{NODES}]
 nodes:
   timer: {{plugin: "slow:SlowTimer"}}
@@ -170,7 +170,7 @@ def test_twenty_peers_at_once_are_all_answered(flood):
 
 @pytest.mark.long
 def test_blocked_run_is_listed_and_ends_at_interrupt(start, tmp_path):
-    blocked = start(RUN, BLOCKED, "blocked", tmp_path / "blocked.mcap")
+    blocked = start(RUN, BLOCKED, "blocked", tmp_path / "blocked.mcap", env={**os.environ, VARIABLE: "grace=0.75"})
     blocked.wait_for("ready")
     with join("blocked", patience_s=0.5) as peer:
         with pytest.raises(InspectionUnavailable):
@@ -293,7 +293,7 @@ def test_run_listens_on_no_network(start, talk):
 
 @pytest.mark.long
 def test_forked_processes_end_with_the_run(start):
-    program = start(NODES / "forks.py", "fork", "busy")
+    program = start(NODES / "forks.py", "fork", "busy", env={**os.environ, VARIABLE: "grace=0.75"})
     program.wait_for("ready found=[0, 2, 4]")
     code, said = program.end()  # it is at its end when nobody holds the standard error any more
     assert code == 130

@@ -21,8 +21,7 @@ from busflow.testing import replay
 from tests.processes.conftest import NODES
 
 LAB1 = Path(__file__).parents[2] / "configs/lab1_processes.yaml"
-RUN_LAB1 = ["run", str(LAB1), "rate_hz:=50", "--set", "shutdown.grace=20s"]
-"""With time to stop on a busy machine: a process that is ended by force fails the run."""
+RUN_LAB1 = ["run", str(LAB1), "rate_hz:=50"]
 
 COUNTED = """
 name: counted
@@ -41,9 +40,7 @@ def payloads(bag, topic):
 @pytest.mark.long
 def test_each_process_splits_its_own_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    Path("split.yaml").write_text(
-        f"include: [{LAB1}]\nshutdown: {{grace: 20s}}\nrecord:\n  to: run.mcap\n  split: {{duration: 300ms}}\n"
-    )
+    Path("split.yaml").write_text(f"include: [{LAB1}]\nrecord:\n  to: run.mcap\n  split: {{duration: 300ms}}\n")
     assert main(["run", "split.yaml", "--for", "1s", "--report", "out.json"]) == 0
     report = json.loads(Path("out.json").read_text())
     assert report["recording"]["complete"], report["recording"]

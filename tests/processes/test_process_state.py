@@ -21,7 +21,6 @@ PATIENCE_S = 30.0
 
 FILE = f"""
 plugins: [{NODES}]
-shutdown: {{grace: 20s}}
 env: {{ROBOT: left-handed}}
 processes: {{far: {{restart: never}}}}
 nodes:
