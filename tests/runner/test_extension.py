@@ -108,17 +108,17 @@ async def test_extensions_end_in_reverse_order_of_their_begin():
 
 
 @virtual_time
-async def test_failing_begin_ends_the_extensions_already_begun():
+async def test_failing_begin_ends_the_extensions_already_begun(golden):
     notes: list[str] = []
     graph = graph_of(sensor(notes), notes=notes, two="begin")
-    with pytest.raises(OSError, match="two cannot begin"):
+    with golden.raises(OSError):
         await graph.start()
     assert notes == ["one begin", "two begin", "one end"]
     assert graph.bus.topics == {}
 
 
 @virtual_time
-async def test_extensions_end_if_a_node_cannot_connect():
+async def test_extensions_end_if_a_node_cannot_connect(golden):
     notes: list[str] = []
     graph = graph_of(sensor(notes), notes=notes)
 
@@ -126,27 +126,27 @@ async def test_extensions_end_if_a_node_cannot_connect():
         raise OSError("there is no room")
 
     graph.bus.on_attach.append(refuse)
-    with pytest.raises(OSError, match="there is no room"):
+    with golden.raises(OSError):
         await graph.start()
     assert notes[3:] == ["three end", "two end", "one end"]
 
 
 @pytest.mark.parametrize("where", ["wait", "stop"])
 @virtual_time
-async def test_failing_end_is_raised_after_all_ends(where):
+async def test_failing_end_is_raised_after_all_ends(where, golden):
     notes: list[str] = []
     graph = graph_of(Brief, notes=notes, two="end")
     await graph.start()
-    with pytest.raises(OSError, match="two cannot end"):
+    with golden.raises(OSError):
         await getattr(graph, where)()
     assert notes[-3:] == ["three end", "two end", "one end"]
 
 
 @virtual_time
-async def test_failing_surround_keeps_nodes_from_starting():
+async def test_failing_surround_keeps_nodes_from_starting(golden):
     notes: list[str] = []
     graph = graph_of(sensor(notes), notes=notes, two="enter")
-    with pytest.raises(OSError, match="two cannot enter"):
+    with golden.raises(OSError):
         await graph.start()
     assert notes[3:] == ["one enter", "two enter", "three end", "two end", "one end"]
 
@@ -187,8 +187,8 @@ async def test_run_goes_on_until_every_extension_is_finished():
 
 
 @virtual_time
-async def test_each_extension_adds_to_the_report():
-    assert graph_of(Brief).report().name == "graph+one+two+three"
+async def test_each_extension_adds_to_the_report(golden):
+    golden(graph_of(Brief).report().name)
 
 
 @virtual_time
@@ -199,7 +199,7 @@ async def test_end_times_of_extensions_add_up():
 
 
 @virtual_time
-async def test_attach_after_start_is_refused():
+async def test_attach_after_start_is_refused(golden):
     async with Graph([sensor([])], clock=SimClock()) as graph:
-        with pytest.raises(NotRunning, match="was started before"):
+        with golden.raises(NotRunning):
             graph.attach(Extension())

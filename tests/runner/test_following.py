@@ -263,10 +263,10 @@ def test_harness_of_following_file_needs_follows_option(tmp_path):
 
 
 @pytest.mark.parametrize("key", ["start: 5", "rate: 2"])
-def test_what_a_simulator_decides_cannot_be_set(tmp_path, key):
+def test_what_a_simulator_decides_cannot_be_set(tmp_path, key, golden):
     from busflow.errors import LaunchError
     from busflow.launchfile.load.load import load
 
     (tmp_path / "follow.yaml").write_text(f"clock:\n  mode: follow\n  {key}\nnodes:\n  a:\n    plugin: b\n")
-    with pytest.raises(LaunchError, match="start and rate are for a simulated clock"):
+    with golden.raises(LaunchError):
         load(tmp_path / "follow.yaml")

@@ -118,14 +118,14 @@ async def test_messages_published_during_start_wait_in_queues():
 
 
 @virtual_time
-async def test_failing_node_ends_block_with_its_cause():
+async def test_failing_node_ends_block_with_its_cause(golden):
     graph, log = graph_of(Talker, Listener, Failing)
     with pytest.raises(NodeFailed) as caught:
         async with graph:
             await asyncio.sleep(1000)
     assert isinstance(caught.value.__cause__, ValueError)
     assert asyncio.get_running_loop().time() == pytest.approx(0.3)
-    assert "node /failing failed in Failing.on_number (subscription /numbers)" in str(caught.value)
+    golden(str(caught.value))
     assert "on test/msg/Number: Number(data=3)" in str(caught.value)
     assert [record.node for record in log if record.level == "error"] == ["/failing"]
     assert graph.exit_code is ExitCode.FAILED
@@ -223,11 +223,11 @@ async def test_node_failing_during_start_never_ticks():
 
 
 @virtual_time
-async def test_publish_after_the_end_raises():
+async def test_publish_after_the_end_raises(golden):
     graph, _ = graph_of(Talker)
     async with graph:
         talker = graph.node(Talker)
-    with pytest.raises(NotRunning, match="not part of a running graph"):
+    with golden.raises(NotRunning):
         talker.numbers.publish(Number(data=1))
 
 
@@ -245,7 +245,7 @@ async def test_message_that_crashed_handler_counts_as_delivered():
 
 @pytest.mark.parametrize("hook", ["start", "run", "stop"])
 @virtual_time
-async def test_raising_hook_is_named_in_the_failure(hook):
+async def test_raising_hook_is_named_in_the_failure(hook, golden):
     class Raising(Node):
         async def start(self) -> None:
             self.raise_in("start")
@@ -261,7 +261,7 @@ async def test_raising_hook_is_named_in_the_failure(hook):
                 raise RuntimeError(f"in {name}")
 
     graph, _ = graph_of(Raising)
-    with pytest.raises(NodeFailed, match=f"failed in Raising.{hook}"):
+    with golden.raises(NodeFailed):
         async with graph:
             await asyncio.sleep(1)
 
@@ -334,7 +334,7 @@ async def test_run_is_cancelled_unless_it_has_returned():
 
 
 @virtual_time
-async def test_failing_spawned_task_fails_its_node():
+async def test_failing_spawned_task_fails_its_node(golden):
     class Spawning(Node):
         async def start(self) -> None:
             self.spawn(self.work())
@@ -344,7 +344,7 @@ async def test_failing_spawned_task_fails_its_node():
             raise ValueError("no more work")
 
     graph, _ = graph_of(Spawning)
-    with pytest.raises(NodeFailed, match=r"Spawning \(task .*work"):
+    with golden.raises(NodeFailed):
         async with graph:
             await asyncio.sleep(5)
 
@@ -418,27 +418,27 @@ async def test_every_problem_is_reported_before_the_start():
 
 
 @virtual_time
-async def test_warnings_of_the_pre_flight_are_logged():
+async def test_warnings_of_the_pre_flight_are_logged(golden):
     graph, log = graph_of(Listener)
     async with graph:
         pass
     assert [(record.level, record.node) for record in log] == [("warning", "busflow")]
-    assert "which has no publisher" in log[0].event
+    golden(log[0].event)
 
 
 @virtual_time
-async def test_a_graph_runs_once():
+async def test_a_graph_runs_once(golden):
     graph, _ = graph_of(Talker)
     async with graph:
-        with pytest.raises(NotRunning, match="started before"):
+        with golden.raises(NotRunning):
             await graph.start()
 
 
 @virtual_time
-async def test_a_graph_that_is_not_started_says_so():
+async def test_a_graph_that_is_not_started_says_so(golden):
     graph, _ = graph_of(Talker)
     for use in (graph.wait, lambda: graph.publish("x", Number(data=1)), lambda: graph.subscribe(Number, "x")):
-        with pytest.raises(NotRunning, match="not started"):
+        with golden.raises(NotRunning):
             await (use() or asyncio.sleep(0))
 
 
@@ -454,11 +454,11 @@ async def test_the_program_around_publishes_and_receives():
 
 
 @virtual_time
-async def test_a_misspelt_topic_is_answered_with_the_nearest():
+async def test_a_misspelt_topic_is_answered_with_the_nearest(golden):
     graph, _ = graph_of(Listener)
     async with graph:
         for use in (lambda: graph.publish("numbesr", Number(data=1)), lambda: graph.subscribe(Number, "numbesr")):
-            with pytest.raises(NoSuchTarget, match=r"no node has the topic /numbesr; did you mean '/numbers'\?"):
+            with golden.raises(NoSuchTarget):
                 use()
         graph.advertise(Number, "numbesr")
         graph.publish("numbesr", Number(data=7))
@@ -474,13 +474,13 @@ async def test_a_fresh_topic_like_no_other_is_created():
 
 
 @virtual_time
-async def test_node_is_found_by_class_or_name():
+async def test_node_is_found_by_class_or_name(golden):
     graph, _ = graph_of(Talker(name="left"), Talker(name="right"))
     async with graph:
         assert graph.node("/left").name == "left"
-        with pytest.raises(BusflowError, match="2 nodes are a Talker"):
+        with golden.raises(BusflowError):
             graph.node(Talker)
-        with pytest.raises(BusflowError, match="did you mean '/right'"):
+        with golden.raises(BusflowError):
             graph.node("rigth")
 
 
@@ -589,9 +589,9 @@ class Slow(Node):
 
 
 @virtual_time
-async def test_first_of_two_failures_ends_the_block():
+async def test_first_of_two_failures_ends_the_block(golden):
     graph, _ = graph_of(Talker, Failing(name="one"), Failing(name="two"))
-    with pytest.raises(NodeFailed, match="node /one failed"):
+    with golden.raises(NodeFailed):
         async with graph:
             await asyncio.sleep(1000)
     assert [failure.node for failure in graph.failures] == ["/one", "/two"]
@@ -680,20 +680,20 @@ async def test_cancelled_start_leaves_no_nodes_running():
 
 
 @virtual_time
-async def test_failure_in_stop_is_raised_after_the_block():
+async def test_failure_in_stop_is_raised_after_the_block(golden):
     class Leaking(Node):
         async def stop(self) -> None:
             raise OSError("cannot close")
 
     graph, _ = graph_of(Leaking)
-    with pytest.raises(NodeFailed, match="cannot close"):
+    with golden.raises(NodeFailed):
         async with graph:
             pass
     assert asyncio.current_task().cancelling() == 0
 
 
 @virtual_time
-async def test_ended_graph_refuses_publish_and_subscribe():
+async def test_ended_graph_refuses_publish_and_subscribe(golden):
     graph, _ = graph_of(Talker)
     async with graph:
         graph.publish("numbers", Number(data=1))
@@ -702,7 +702,7 @@ async def test_ended_graph_refuses_publish_and_subscribe():
         lambda: graph.publish("others", Number(data=1)),
         lambda: graph.subscribe(Number, "numbers"),
     ):
-        with pytest.raises(NotRunning, match=r"has ended|not part of a running graph"):
+        with golden.raises(NotRunning):
             use()
 
 
@@ -801,9 +801,9 @@ async def test_end_asked_before_the_start_ends_it():
 
 
 @virtual_time
-async def test_run_without_last_moments_refuses_a_snapshot():
+async def test_run_without_last_moments_refuses_a_snapshot(golden):
     async with harness(Talker) as lab:
-        with pytest.raises(NoSuchTarget, match=r"write record: \{snapshot: 60s\} in its launch file"):
+        with golden.raises(NoSuchTarget):
             lab.graph.snapshot()
 
 
@@ -822,15 +822,13 @@ class Turn(ActionType, package="my_robot"):
 
 
 @virtual_time
-async def test_program_uses_one_type_of_each_name():
+async def test_program_uses_one_type_of_each_name(golden):
     async with harness(Lamp, Arm) as lab:
         assert (await lab.call(Trigger, "lamp/toggle")).success
         assert (await lab.call(Trigger, "lamp/toggle")).success
-        with pytest.raises(
-            IncompatibleType, match="/lamp/toggle is a std_srvs/srv/Trigger, not a std_srvs/srv/SetBool"
-        ):
+        with golden.raises(IncompatibleType):
             await lab.call(SetBool, "lamp/toggle")
         assert (await lab.run_action(MoveTo, "arm/move", MoveTo.Goal(angle=2.0))).angle == 2.0
         assert lab.action_client(MoveTo, "arm/move") is lab.action_client(MoveTo, "arm/move")
-        with pytest.raises(IncompatibleType, match="/arm/move is a my_robot/action/MoveTo, not a my_robot/action/Turn"):
+        with golden.raises(IncompatibleType):
             lab.action_client(Turn, "arm/move")

@@ -108,12 +108,12 @@ def ledger_is_intact(lab) -> bool:
 
 
 @virtual_time
-async def test_changed_parameter_is_set_on_running_node(watched):
+async def test_changed_parameter_is_set_on_running_node(watched, golden):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
         node = lab.node("talker")
-        assert (await file.edit(LAB.replace("${args.value}", "2.5")))[-1] == "busflow: follows the edited launch file"
+        golden((await file.edit(LAB.replace("${args.value}", "2.5")))[-1])
         assert (file.last(), lab.node("talker") is node) == (2.5, True)
         assert file.changes() == {"set": "/talker value"}
         await file.edit(LAB.replace("default: 1.0", "default: 3.0"))
@@ -132,7 +132,7 @@ async def test_runtime_parameter_stays_unless_edited(watched):
 
 
 @virtual_time
-async def test_invalid_edit_is_refused_and_run_continues(watched):
+async def test_invalid_edit_is_refused_and_run_continues(watched, golden):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
@@ -147,7 +147,7 @@ async def test_invalid_edit_is_refused_and_run_continues(watched):
         ):
             lines = await file.edit(wrong)
             assert any(line.startswith(f"busflow: {problem}") for line in lines)
-            assert lines[-1] == "busflow: the edited launch file is refused; the run goes on as it was"
+            golden(lines[-1])
         at = [line.values["at"] for line in lab.log if "valeu" in line.event]
         assert at == [f"{file.file}:8:7"]
         assert (file.last(), set(file.states().values())) == (1.0, {"running"})

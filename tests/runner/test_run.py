@@ -64,15 +64,15 @@ def test_a_graph_without_work_ends_early(for_s: float | None):
         assert run_graph(graph, for_s=for_s, loop_factory=loop) is ExitCode.OK
 
 
-def test_a_failed_node_fails_the_program():
+def test_a_failed_node_fails_the_program(golden):
     with simulated_graph([Ticker, Failing]) as (graph, loop):
-        with pytest.raises(NodeFailed, match="no contact"):
+        with golden.raises(NodeFailed):
             run_graph(graph, for_s=60.0, loop_factory=loop)
         assert graph.exit_code is ExitCode.FAILED
 
 
-def test_a_node_that_cannot_start_fails_it():
-    with simulated_graph([Unstartable]) as (graph, loop), pytest.raises(NodeFailed, match="no such port"):
+def test_a_node_that_cannot_start_fails_it(golden):
+    with simulated_graph([Unstartable]) as (graph, loop), golden.raises(NodeFailed):
         run_graph(graph, loop_factory=loop)
 
 

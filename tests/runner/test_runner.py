@@ -7,8 +7,6 @@ import os
 import sys
 import threading
 
-import pytest
-
 from busflow import Graph, Node
 from busflow.clock import SimClock
 from busflow.errors import InvalidDeclaration, NotRunning
@@ -28,24 +26,24 @@ class Other(Node):
     """Another one."""
 
 
-def test_node_is_made_of_class_or_instance():
+def test_node_is_made_of_class_or_instance(golden):
     node = Plain(name="given")
     supervision = Supervision()
     assert made_by_hand(node)[0] is node
     assert type(made_by_hand(Plain)[0]) is Plain
     assert made_by_hand(Supervised(node, supervision)) == (node, supervision)
-    with pytest.raises(InvalidDeclaration, match="Node classes and instances, not 7"):
+    with golden.raises(InvalidDeclaration):
         made_by_hand(7)
 
 
 @virtual_time
-async def test_node_is_found_by_name_or_class():
+async def test_node_is_found_by_name_or_class(golden):
     one, two, other = Plain(name="one"), Plain(name="two"), Other(name="other")
     async with Graph([one, two, other], clock=SimClock()) as graph:
         assert [graph.node("one"), graph.node("/two"), graph.node(Other)] == [one, two, other]
-        with pytest.raises(NotRunning, match="2 nodes are a Plain; ask for one by name"):
+        with golden.raises(NotRunning):
             graph.node(Plain)
-        with pytest.raises(NotRunning, match="there is no node on in this graph"):
+        with golden.raises(NotRunning):
             graph.node("on")
 
 

@@ -160,10 +160,10 @@ def test_a_plain_run_misses_the_race(race):
 
 
 @pytest.mark.parametrize("race", RACES)
-def test_exploring_finds_the_race(race, monkeypatch):
+def test_exploring_finds_the_race(race, monkeypatch, golden):
     error = found(race)
     seed = error.__notes__[0].split("BUSFLOW_SEED=")[1].split()[0]
-    assert error.__notes__[0] == f"under order {seed} of 300; BUSFLOW_SEED={seed} runs the test under it alone"
+    golden(error.__notes__[0])
     monkeypatch.setenv("BUSFLOW_SEED", seed)
     assert found(race).__notes__ == error.__notes__
     monkeypatch.setenv("BUSFLOW_SEED", "0")
@@ -274,7 +274,7 @@ def test_a_test_that_is_skipped_is_skipped():
         test()
 
 
-def test_unrepeatable_failure_is_reported_as_such():
+def test_unrepeatable_failure_is_reported_as_such(golden):
     flips = iter([0] * 3 + [1] + [0] * 1000)
 
     @explore
@@ -283,7 +283,7 @@ def test_unrepeatable_failure_is_reported_as_such():
 
     with pytest.raises(AssertionError) as caught:
         test()
-    assert "something besides the order of events varies" in caught.value.__notes__[1]
+    golden(caught.value.__notes__[1])
 
 
 def test_the_arguments_reach_the_test():
@@ -298,14 +298,14 @@ def test_the_arguments_reach_the_test():
     assert test.__name__ == "test"
 
 
-def test_no_order_at_all_is_refused():
-    with pytest.raises(InvalidDeclaration, match="one order at least"):
+def test_no_order_at_all_is_refused(golden):
+    with golden.raises(InvalidDeclaration):
         explore(schedules=0)
 
 
-def test_a_seed_that_is_none_is_refused(monkeypatch):
+def test_a_seed_that_is_none_is_refused(monkeypatch, golden):
     monkeypatch.setenv("BUSFLOW_SEED", "-1")
-    with pytest.raises(BusflowError, match="BUSFLOW_SEED must be a whole number"):
+    with golden.raises(BusflowError):
         explore(assumed_order_of_two_topics)()
 
 

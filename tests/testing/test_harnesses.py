@@ -123,9 +123,9 @@ async def test_ten_minutes_of_the_lab():
 
 
 @virtual_time
-async def test_time_of_a_forgotten_harness_does_not_pass():
+async def test_time_of_a_forgotten_harness_does_not_pass(golden):
     lab = harness(Counter)
-    with pytest.raises(NotRunning, match=r"no node of this harness was started: .* async with harness"):
+    with golden.raises(NotRunning):
         await lab.advance(1)
 
 
@@ -175,19 +175,19 @@ def test_time_passes_forwards_and_by_a_finite_amount(seconds):
     main()
 
 
-def test_without_virtual_time_there_is_no_harness():
+def test_without_virtual_time_there_is_no_harness(golden):
     async def main():
         with pytest.raises(NotRunning, match="@virtual_time"):
             harness(Counter)
 
     asyncio.run(main())
-    with pytest.raises(NotRunning, match="a harness needs an async test"):
+    with golden.raises(NotRunning):
         harness(Counter)
 
 
 @virtual_time
-async def test_plain_with_is_refused_in_words():
-    with pytest.raises(NotRunning, match="which takes an async with"), harness(Counter):
+async def test_plain_with_is_refused_in_words(golden):
+    with golden.raises(NotRunning), harness(Counter):
         pass
 
 
@@ -212,7 +212,7 @@ async def test_wait_for_returns_each_message_once():
 
 
 @virtual_time
-async def test_failed_wait_lists_publishers_and_waiting_tasks():
+async def test_failed_wait_lists_publishers_and_waiting_tasks(golden):
     class Patient(Node):
         async def run(self) -> None:
             await asyncio.Event().wait()
@@ -221,18 +221,16 @@ async def test_failed_wait_lists_publishers_and_waiting_tasks():
         with pytest.raises(NotSeen) as caught:
             await lab.wait_for("doubles", timeout=0.5)
         text = str(caught.value)
-        assert "nothing new on /doubles within 0.5 virtual s; published by /doubler (0)" in text
-        assert "/doubler on /numbers: 0 published = 0 delivered + 0 dropped + 0 queued" in text
-        assert "task '/patient.run' waits for Event.wait in" in text
+        golden(text)
         assert "await asyncio.Event().wait()" in text
 
 
 @virtual_time
-async def test_unknown_topic_is_reported_with_the_nearest_name():
+async def test_unknown_topic_is_reported_with_the_nearest_name(golden):
     async with harness(Counter) as lab:
-        with pytest.raises(NotSeen, match="/number has no endpoint; did you mean '/numbers'"):
+        with golden.raises(NotSeen):
             lab.received("number")
-        with pytest.raises(IncompatibleType, match="/numbers carries std_msgs/msg/Int64, not std_msgs/msg/Float64"):
+        with golden.raises(IncompatibleType):
             await lab.wait_for("numbers", Float64)
 
 
@@ -284,7 +282,7 @@ async def test_a_launch_file_takes_its_arguments():
         assert len(lab.received("imu/data")) == 50
 
 
-def test_seed_of_the_test_beats_the_environment(monkeypatch):
+def test_seed_of_the_test_beats_the_environment(monkeypatch, golden):
     def seed_of(**options):
         @virtual_time
         async def main():
@@ -297,7 +295,7 @@ def test_seed_of_the_test_beats_the_environment(monkeypatch):
     monkeypatch.setenv("BUSFLOW_SEED", "7")
     assert (seed_of(), seed_of(seed=3)) == (7, 3)
     monkeypatch.setenv("BUSFLOW_SEED", "seven")
-    with pytest.raises(BusflowError, match="BUSFLOW_SEED must be a whole number from 0, got 'seven'"):
+    with golden.raises(BusflowError):
         seed_of()
 
 
@@ -326,21 +324,21 @@ async def test_keep_limits_messages_to_the_newest():
 
 
 @virtual_time
-async def test_messages_beyond_the_limit_are_asked_in_vain():
+async def test_messages_beyond_the_limit_are_asked_in_vain(golden):
     async with harness(Counter) as lab:
         await lab.advance(1000)
         assert len(lab.received("numbers")) == 10_000
         await lab.advance(0.1)
-        with pytest.raises(NotSeen, match=r"10001 messages of /numbers are asked for, and the newest 10000 are kept: "):
+        with golden.raises(NotSeen):
             lab.received("numbers")
-        with pytest.raises(NotSeen, match=r"write harness\(…, keep=10001\) to keep more"):
+        with golden.raises(NotSeen):
             await lab.wait_for("numbers")
 
 
 # Failures
 
 
-def test_failing_node_fails_the_test():
+def test_failing_node_fails_the_test(golden):
     reached = []
 
     @virtual_time
@@ -349,47 +347,47 @@ def test_failing_node_fails_the_test():
             await lab.advance(1)
             reached.append("the end")
 
-    with pytest.raises(NodeFailed, match="three is too much"):
+    with golden.raises(NodeFailed):
         main()
     assert reached == []
 
 
 @virtual_time
-async def test_test_goes_on_after_an_expected_failure():
+async def test_test_goes_on_after_an_expected_failure(golden):
     async with harness(Counter, Fragile, expect_failure=Fragile) as lab:
         await lab.advance(1)
         assert lab.graph.failures[0].node == "/fragile"
-        assert "three is too much" in lab.log[-1].event
+        golden(lab.log[-1].event)
         assert data(lab.received("numbers")) == [1, 2, 3]
 
 
-def test_missing_expected_failure_fails_the_test():
+def test_missing_expected_failure_fails_the_test(golden):
     @virtual_time
     async def main():
         async with harness(Counter, expect_failure=Counter) as lab:
             await lab.advance(1)
 
-    with pytest.raises(NotSeen, match="/counter alone was expected to fail, but nothing failed"):
+    with golden.raises(NotSeen):
         main()
 
 
-def test_unexpected_failure_fails_the_test():
+def test_unexpected_failure_fails_the_test(golden):
     @virtual_time
     async def main():
         async with harness(Counter, Fragile, expect_failure=Counter) as lab:
             await lab.advance(1)
 
-    with pytest.raises(NotSeen, match=r"/counter alone was expected to fail, but /fragile failed in .* three is"):
+    with golden.raises(NotSeen):
         main()
 
 
-def test_launch_error_is_no_expected_failure():
+def test_launch_error_is_no_expected_failure(golden):
     @virtual_time
     async def main():
         async with harness(Counter, Counter, expect_failure=Counter):
             pass
 
-    with pytest.raises(LaunchError, match="two nodes are called /counter"):
+    with golden.raises(LaunchError):
         main()
 
 
@@ -408,14 +406,14 @@ def test_error_of_the_test_is_the_one_raised():
         main()
 
 
-def test_a_node_made_to_fail_fails_the_test():
+def test_a_node_made_to_fail_fails_the_test(golden):
     @virtual_time
     async def main():
         async with harness(Counter) as lab:
             lab.fail(Counter, OSError("the cable is out"))
             await lab.advance(1)
 
-    with pytest.raises(NodeFailed, match="the cable is out"):
+    with golden.raises(NodeFailed):
         main()
 
 
@@ -572,24 +570,21 @@ def test_the_ledger_is_balanced_after_whatever_harm(steps):
 
 
 @virtual_time
-async def test_publish_without_receiver_names_the_nearest_topic():
+async def test_publish_without_receiver_names_the_nearest_topic(golden):
     async with harness(Doubler) as lab:
         with pytest.raises(NotSeen) as typo:
             lab.publish("number", Int64(data=4))
-        assert str(typo.value) == (
-            "no node receives /number; did you mean '/numbers'? "
-            '(lab.advertise(Int64, "number").publish(…) publishes it all the same)'
-        )
-        with pytest.raises(NotSeen, match="no node receives /doubles"):  # a node publishes there, and nobody receives
+        golden(str(typo.value))
+        with golden.raises(NotSeen):  # a node publishes there, and nobody receives
             lab.publish("doubles", Int64(data=4))
         lab.advertise(Int64, "number").publish(Int64(data=4))
         assert data(lab.received("number")) == [4]
 
 
 @virtual_time
-async def test_subscribe_refuses_a_misspelt_topic():
+async def test_subscribe_refuses_a_misspelt_topic(golden):
     async with harness(Doubler) as lab:
-        with pytest.raises(NotSeen, match=r"no node has the topic /doublse; did you mean '/doubles'\?"):
+        with golden.raises(NotSeen):
             lab.subscribe(Int64, "doublse")
 
 
@@ -656,7 +651,7 @@ async def test_harness_waits_for_a_start_in_real_time():
             pass
 
 
-def test_endless_start_is_a_deadlock_at_once():
+def test_endless_start_is_a_deadlock_at_once(golden):
     class Forever(Node):
         async def start(self) -> None:
             await asyncio.Event().wait()
@@ -666,13 +661,13 @@ def test_endless_start_is_a_deadlock_at_once():
         async with harness(Forever):
             pass
 
-    with pytest.raises(NodeFailed, match="did not return within 10 s") as caught:
+    with golden.raises(NodeFailed) as caught:
         main()
     assert isinstance(caught.value.__cause__, StartTimeout)
 
 
 @virtual_time
-async def test_endless_stop_does_not_keep_others_from_stopping():
+async def test_endless_stop_does_not_keep_others_from_stopping(golden):
     stopped = []
 
     class Stuck(Node):
@@ -684,7 +679,7 @@ async def test_endless_stop_does_not_keep_others_from_stopping():
             stopped.append("clean")
 
     lab = harness(Clean, Stuck)
-    with pytest.raises(NodeFailed, match=r"/stuck did not stop within \S+ s, and is given up"):
+    with golden.raises(NodeFailed):
         async with lab:
             pass
     assert stopped == ["clean"]
@@ -702,14 +697,14 @@ def test_endless_wait_is_a_deadlock_with_names():
 
 
 @virtual_time
-async def test_swapped_topic_and_type_are_explained():
+async def test_swapped_topic_and_type_are_explained(golden):
     async with harness(Counter, Doubler) as lab:
         for publish in (lab.publish, lab.graph.publish):
-            with pytest.raises(InvalidDeclaration, match=r"publish\(topic, message\) needs the topic's name"):
+            with golden.raises(InvalidDeclaration):
                 publish(Int64(data=1), "numbers")
-            with pytest.raises(IncompatibleType, match=r"publish\('numbers', …\) takes a message, such .* not a float"):
+            with golden.raises(IncompatibleType):
                 publish("numbers", 1.0)
-        with pytest.raises(InvalidDeclaration, match="needs the topic's name, a text, not"):
+        with golden.raises(InvalidDeclaration):
             lab.received(Int64, "numbers")
-        with pytest.raises(InvalidDeclaration, match=r"graph.subscribe\(Type, topic\) needs a message type"):
+        with golden.raises(InvalidDeclaration):
             lab.subscribe("numbers", Int64)

@@ -1,7 +1,5 @@
 """Delays and losses of a topic, on a bus without a harness."""
 
-import pytest
-
 from busflow import Graph, Node
 from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
@@ -23,10 +21,10 @@ async def test_every_second_message_is_lost():
 
 
 @virtual_time
-async def test_impossible_faults_are_refused():
+async def test_impossible_faults_are_refused(golden):
     async with Graph([Node(name="idle")], clock=SimClock()) as graph:
         faults = Faults(graph.bus)
-        with pytest.raises(ValueError, match="a delay is a finite number"):
+        with golden.raises(ValueError):
             faults.delay("/numbers", float("inf"))
-        with pytest.raises(ValueError, match="every is 1 for all messages"):
+        with golden.raises(ValueError):
             faults.drop("/numbers", 0)

@@ -38,9 +38,9 @@ def test_unusable_loop_name_is_refused_with_a_fix(name, options, text):
     assert str(refused.value).startswith(text)
 
 
-def test_missing_uvloop_names_how_to_install_it(monkeypatch):
+def test_missing_uvloop_names_how_to_install_it(monkeypatch, golden):
     monkeypatch.setitem(sys.modules, "uvloop", None)
-    with pytest.raises(LaunchError, match=r"fix: in a clone of busflow: pip install '\.\[uvloop\]'") as refused:
+    with golden.raises(LaunchError) as refused:
         busflow.run(Node(name="node"), event_loop="uvloop")
     assert refused.value.exit_code == 2
 

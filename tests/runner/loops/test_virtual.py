@@ -484,7 +484,7 @@ async def _waits_for_an_event(event):
     await event.wait()
 
 
-def test_deadlock_names_waiting_tasks_and_their_lines():
+def test_deadlock_names_waiting_tasks_and_their_lines(golden):
     async def main():
         await asyncio.sleep(1.5)
         event = asyncio.Event()
@@ -496,7 +496,7 @@ def test_deadlock_names_waiting_tasks_and_their_lines():
     with pytest.raises(Deadlock) as caught:
         run(main)
     head, *lines = str(caught.value).splitlines()
-    assert head == "at 1.5 s of virtual time nothing is left to run: no timer, no worker thread, no input"
+    golden(head)
     names = [line.strip().split(" waits for ")[0] for line in lines]
     assert names == ["task 'main'", "task 'one'", "task 'three\\x1b[31m'", "task 'two'"]
     _, one, three, two = lines
@@ -522,7 +522,7 @@ def test_deadlock_cancels_tasks_which_clean_up():
     assert cleaned == [10**9]
 
 
-def test_endless_wait_ends_at_the_horizon():
+def test_endless_wait_ends_at_the_horizon(golden):
     async def main():
         async def tick():
             for _ in itertools.count():
@@ -532,18 +532,18 @@ def test_endless_wait_ends_at_the_horizon():
         await asyncio.Event().wait()
         await task
 
-    with pytest.raises(Deadlock, match=r"(?s)the horizon of 60 s is reached.*Event\.wait in .*main"):
+    with golden.raises(Deadlock):
         run(main, horizon_s=60)
 
 
-def test_loop_that_turns_without_moving_raises(monkeypatch):
+def test_loop_that_turns_without_moving_raises(monkeypatch, golden):
     monkeypatch.setattr("busflow.runner.loops.virtual._TURNS", 1000)
 
     async def main():
         for _ in itertools.count():
             await asyncio.sleep(0)
 
-    with pytest.raises(Deadlock, match="1,000 times and time did not move"):
+    with golden.raises(Deadlock):
         run(main)
 
 
