@@ -1,5 +1,6 @@
 """Runs of several processes, for real: what they log is read as it comes, and what they came to from their report."""
 
+import io
 import json
 import os
 import select
@@ -9,11 +10,13 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from busflow.cli import main
 
 PATIENCE_S = 120.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
@@ -27,12 +30,17 @@ COMMAND = ["-m", "busflow", "run", "run.yaml", "--log-format", "json"]
 
 
 def busflow(runtime: Path, *words: str, expect: Sequence[int] = (0,)) -> str:
-    """What a command prints that looks for runs in this folder, and ends with one of these codes."""
-    environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(runtime)}
-    command = [sys.executable, "-m", "busflow", *words]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=PATIENCE_S)
-    assert done.returncode in expect, (words, done.returncode, done.stdout, done.stderr)
-    return done.stdout + done.stderr
+    """What a command prints that looks for runs in this folder, and ends with one of these codes.
+
+    It is executed in this process, since an interpreter takes longer to start than most commands take.
+    """
+    printed = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed), redirect_stderr(printed):
+        patch.setenv("BUSFLOW_RUNTIME_DIR", str(runtime))
+        code = main(words)
+    text = printed.buffer.getvalue().decode()
+    assert code in expect, (words, code, text)
+    return text
 
 
 class Run:
