@@ -27,10 +27,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "plugins").mkdir()
     for name in ("odometry", "foreign"):
         shutil.copy(PLUGINS / f"{name}.py", folder / "plugins")
-    arm = (PLUGINS / "odometry.py").read_text().replace("class Odometry", "class Arm")
-    (folder / "plugins/arm.py").write_text(arm.replace("hz=50", "hz=10").replace("base_link", "arm"))
+    arm = (PLUGINS / "odometry.py").read_text("utf-8").replace("class Odometry", "class Arm")
+    (folder / "plugins/arm.py").write_text(arm.replace("hz=50", "hz=10").replace("base_link", "arm"), "utf-8")
     (folder / "plugins/quiet.py").write_text("from busflow import Node\n\n\nclass Quiet(Node):\n    pass\n")
-    lab = (LABS / "frames.yaml").read_text()
+    lab = (LABS / "frames.yaml").read_text("utf-8")
     for name, text in (("lab", lab), ("wrong", lab.replace(*FOREIGN)), ("two", lab.replace(*TWO))):
         (folder / f"{name}.yaml").write_text(text)
     (folder / "quiet.yaml").write_text("plugins: [plugins]\nnodes: {quiet: {plugin: quiet}}\n")
