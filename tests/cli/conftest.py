@@ -180,7 +180,7 @@ class Place:
 @contextmanager
 def standing(launch_file: Path, *options: str) -> Iterator[tuple[Place, LiveRun]]:
     """Run a launch file in a place of its own while the block lasts."""
-    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+    with tempfile.TemporaryDirectory(prefix="busflow-", dir="/tmp") as path:
         place = Place(Path(path))
         run = place.run(launch_file.parent, launch_file.name, *options)
         try:
@@ -239,7 +239,7 @@ def lab1() -> Iterator[tuple[Place, LiveRun]]:
 @pytest.fixture
 def place(monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
     """An empty place, where commands of this process look for runs."""
-    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+    with tempfile.TemporaryDirectory(prefix="busflow-", dir="/tmp") as path:
         found = Place(Path(path))
         found.look(monkeypatch)
         yield found

@@ -43,7 +43,7 @@ def test_info_begins_as_that_of_ros2(capsys: Captured, ros2_said: Said, name: st
     ("line", "code"), [("list -c", 0), ("list -v", 0), ("info imu_publisher", 0), ("info procesor", 4)]
 )
 def test_output(shell: Shell, line: str, code: int):
-    assert shell(f"node {line}", mask={r"pid \d+": "pid #", r"(main +)\d+": r"\1#"}) == code
+    assert shell(f"node {line}", mask={r"pid \d+": "pid #", r"(main +)\d+": r"\1#", "PID +": "PID  "}) == code
 
 
 @in_the_lab
