@@ -4,7 +4,7 @@ import asyncio
 import gc
 import os
 
-from busflow import Node, Parameters
+from busflow import Node, Parameters, timeouts
 
 
 class OwnParameters(Parameters):
@@ -20,7 +20,7 @@ class Own(Node):
 
     async def run(self) -> None:
         values = [os.environ.get(name) for name in ("OWN", "OUTER", "GONE")]
-        self.log.info("ready", values=values, nice=os.nice(0))
+        self.log.info("ready", values=values, nice=os.nice(0), grace=timeouts.current.grace)
         match self.parameters.then:
             case "wait":
                 await asyncio.Event().wait()

@@ -91,11 +91,12 @@ pytestmark = pytest.mark.asyncio
 
 
 async def test_only_assigned_nodes_run_and_are_reported(tmp_path: Any):
-    code, messages = await worked(tmp_path, "end", nice=3, env={"OWN": "a"}, outer={"OUTER": "b", "GONE": None})
+    stated: dict[str, Any] = {"env": {"OWN": "a"}, "outer": {"OUTER": "b", "GONE": None}, "timeouts": {"grace": 7.0}}
+    code, messages = await worked(tmp_path, "end", nice=3, **stated)
     assert code == ExitCode.OK, messages.printed
     assert messages.end == {"exit_code": 0, "failures": [], "finished": True}
     assert messages.printed == [], "the other node is the main process's"
-    assert messages.log("ready") == {"values": "['a', 'b', None]", "nice": os.nice(0) + 3}
+    assert messages.log("ready") == {"values": "['a', 'b', None]", "nice": os.nice(0) + 3, "grace": 7.0}
     report = [each["report"] for each in messages.reported if each.get("report")][-1]
     assert [node["name"] for node in report["nodes"]] == ["/own"]
 
