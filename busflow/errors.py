@@ -44,8 +44,8 @@ class BusflowError(Exception):
     def __init_subclass__(cls) -> None:
         """Name the code after the class, unless the class states its own.
 
-        >>> InvalidName.code, InvalidQoS.code
-        ('invalid-name', 'invalid-qos')
+        >>> InvalidName.code, IncompatibleQoS.code
+        ('invalid-name', 'incompatible-qos')
         """
         super().__init_subclass__()
         if "code" not in vars(cls):
@@ -60,10 +60,6 @@ class InvalidName(BusflowError, ValueError):
     """A topic, node, namespace, package or remap name breaks ROS 2's grammar."""
 
     exit_code = ExitCode.USAGE
-
-
-class InvalidQoS(BusflowError, ValueError):
-    """A QoS profile has an impossible value."""
 
 
 class InvalidDeclaration(BusflowError, TypeError):

@@ -1,7 +1,7 @@
 """Golden texts: what a command or a module writes, pinned once in a text file beside the test module.
 
 `golden(text)` compares a text with the section of the running test in `test_check.txt`, beside `test_check.py`;
-`with golden.raises(InvalidQoS):` does so with the text of an error.
+`with golden.raises(InvalidDeclaration):` does so with the text of an error.
 `pytest --update tests/cli/test_check.py` writes the sections anew; read the diff before you commit it.
 """
 

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from busflow.bus.qos import Overflow
-from busflow.errors import InvalidQoS
+from busflow.errors import InvalidDeclaration
 
 T = TypeVar("T")
 
@@ -42,7 +42,7 @@ class Queue(ABC, Generic[T]):
 
     def __init__(self, depth: int) -> None:
         if depth < 1:
-            raise InvalidQoS(f"depth must be at least 1, got {depth}; write how many messages may wait")
+            raise InvalidDeclaration(f"depth must be at least 1, got {depth}; write how many messages may wait")
         self.depth: int = depth
         self.items: deque[T] = deque()
         self.drops: Counter[str] = Counter()

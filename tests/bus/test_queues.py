@@ -4,7 +4,7 @@ import pytest
 
 from busflow.bus.qos import Overflow
 from busflow.bus.queues import Queue, create_queue
-from busflow.errors import InvalidQoS
+from busflow.errors import InvalidDeclaration
 
 
 def filled(overflow: Overflow, depth: int, items: str) -> Queue[str]:
@@ -16,7 +16,7 @@ def filled(overflow: Overflow, depth: int, items: str) -> Queue[str]:
 
 @pytest.mark.parametrize("depth", [0, -1])
 def test_depth_below_one_is_refused(depth):
-    with pytest.raises(InvalidQoS):
+    with pytest.raises(InvalidDeclaration):
         create_queue(Overflow.DROP_OLDEST, depth)
 
 

@@ -77,8 +77,16 @@ def test_output(shell: Shell, line: str, code: int):
     assert shell(f"action {line}", mask=IDENTIFIER | counts) == code
 
 
-def test_rejection_is_data_too(shell: Shell):
-    assert shell.data(f"action {SEND} '{{angle: 1e9}}'", code=1)["error"]["code"] == "goal-rejected"
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        (f"{SEND} '{{angle: 1e9}}'", "goal-rejected"),
+        ("send_goal arm/move my_robot/action/Wave", "type"),
+        ("cancel arm/move seven", "goal"),
+    ],
+)
+def test_error_is_data_too(shell: Shell, line: str, code: str):
+    assert shell.data(f"action {line}", code=None)["error"]["code"] == code
 
 
 def send(room: Any, *options: str) -> subprocess.Popen[str]:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -111,7 +112,14 @@ def test_a_run_that_hangs_is_a_finding(project: Path, start_run: Callable[..., A
     run = start_run(project, "talk.yaml")
     run.wait_for("heard")
     run.process.send_signal(signal.SIGSTOP)
-    assert shell("doctor --run talk", mask=MACHINE) == 3
+    (finding,) = shell.data("doctor --run talk", code=3)["findings"]
+    shell.note(f"{finding['code']}: {finding['message']}\n{finding['fix']}", mask=MACHINE)
+
+
+@pytest.mark.usefixtures("place")
+def test_missing_zenoh_is_a_finding(shell: Shell, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "zenoh", None)
+    assert [each["code"] for each in shell.data("doctor", code=3)["findings"]] == ["no-zenoh"]
 
 
 @pytest.mark.usefixtures("place")

@@ -78,6 +78,7 @@ def test_errors_of_a_command_are_those_of_busflow_or_bugs(install: Install, shel
 def test_unimportable_command_is_one_error(install: Install, shell: Shell, source: str):
     install("mine", "spin = mine:spin", source=source)
     assert shell("spin --help", mask={r"TMP_PATH/mine.py:1:\d+": "TMP_PATH/mine.py:1", r"(?m)^ +\^+$": "  ^^^"}) == 2
+    assert shell.data("spin", code=2)["error"]["code"] == "command-import"
 
 
 def test_traceback_shows_the_failing_import(install: Install, capsys: Captured):
@@ -88,10 +89,11 @@ def test_traceback_shows_the_failing_import(install: Install, capsys: Captured):
     assert "\nValueError: no device\n" in err
 
 
-@pytest.mark.parametrize("value", ["mine:none", "mine:number"])
-def test_non_command_is_refused(install: Install, shell: Shell, value: str):
+@pytest.mark.parametrize(("value", "code"), [("mine:none", "command-import"), ("mine:number", "no-command")])
+def test_non_command_is_refused(install: Install, shell: Shell, value: str, code: str):
     install("mine", f"spin = {value}")
     assert shell("spin") == 2
+    assert shell.data("spin", code=2)["error"]["code"] == code
 
 
 def warnings(shell: Shell) -> str:
@@ -106,6 +108,7 @@ def test_a_verb_that_two_distributions_offer_is_refused(install: Install, shell:
     assert shell("spin") == 2
     refusal = " ".join(shell.err.split()).replace(" fix:", "; fix:")
     assert refusal in " ".join(shell.text("--help").split())
+    assert shell.data("spin", code=2)["error"]["code"] == "command-ambiguous"
     assert not {"mine", "yours"} & sys.modules.keys()
 
 
@@ -134,3 +137,4 @@ def test_unimportable_command_completes_to_nothing(install: Install, completed: 
 def test_missing_distribution_is_named_with_its_installation(shell: Shell, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("busflow.cli.root.entry_points", lambda _group: ())  # busflow-ui may be installed here
     assert shell("foxglove --port 0") == 2
+    assert shell.data("foxglove", code=2)["error"]["code"] == "command-missing"

@@ -91,8 +91,9 @@ def test_an_import_ends_at_its_limit(imported, limit, warnings):
 def test_a_bad_import_limit_is_refused(tmp_path, monkeypatch, golden):
     (tmp_path / "camera.py").write_text("raise AssertionError('imported')")
     monkeypatch.setenv("BUSFLOW_IMPORT_LIMIT", "never")
-    with golden.raises(InvalidInput):
+    with golden.raises(InvalidInput) as caught:
         plugins.load("camera", [tmp_path])
+    assert caught.value.code == "import-limit"
 
 
 def test_the_library_is_named_without_own_line(tmp_path):

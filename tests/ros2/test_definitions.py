@@ -64,6 +64,7 @@ async def test_two_definitions_are_shown_as_a_diff(capsys: pytest.CaptureFixture
             await until(lambda: log.append(capsys.readouterr().err) or "another definition" in "".join(log))
             problems, fields = await asyncio.to_thread(ask, "differ")
             (problem,) = problems
+            assert problem.code == "definitions-differ"
             assert problem.message == "/robot and /ros have different definitions of lab/msg/Reading"
             assert problem.details == (
                 "--- /robot",

@@ -3,6 +3,7 @@
 Those of `interfaces.py` are in `tests/cli/interface/test_interface.py`.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -133,7 +134,7 @@ class TestRun:
         run.wait_for("heard")
         verbs = ("topic echo numbers", "topic hz numbers --every 0.1", "log -f", "topic pub -w 0 /x std_msgs/Int64 {}")
         commands = [
-            [sys.executable, "-u", "-m", "busflow", *verb.split()] for verb in (*verbs, f"{verbs[0]} -n 999999")
+            [sys.executable, "-u", "-m", "busflow", *verb.split()] for verb in (*verbs, f"{verbs[0]} -n 999999 --json")
         ]
         with ExitStack() as stack:
             listeners = [
@@ -143,6 +144,7 @@ class TestRun:
                 assert each.stdout
                 assert each.stdout.readline()  # by now it has joined
             run.stop()
-            ends = [each.communicate(timeout=60)[1].splitlines()[-1] for each in listeners]
+            printed = [each.communicate(timeout=60) for each in listeners]
         assert [each.returncode for each in listeners] == [0, 0, 0, 0, 1]
-        golden("\n".join(ends))
+        golden("\n".join(err.splitlines()[-1] for _, err in printed))
+        assert json.loads(printed[-1][0].splitlines()[-1])["error"]["code"] == "run-ended"

@@ -63,7 +63,7 @@ def test_invalid_path_is_shown_with_a_caret(text: str, column: int, golden: Gold
     assert isinstance(caught.value, InvalidInput)
     place = caught.value.problem.place
     assert place is not None
-    assert (place.file, place.column) == ("--field", column)
+    assert (caught.value.code, place.file, place.column) == ("path", "--field", column)
 
 
 @given(st.text())

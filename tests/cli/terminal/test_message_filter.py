@@ -88,8 +88,10 @@ def test_the_whole_may_be_a_number():
     ],
 )
 def test_mistake_is_explained(text: str, golden: Golden):
-    with golden.raises(InvalidInput):
+    with golden.raises(InvalidInput) as caught:
         parse_filter(text, Shape("x/msg/X", {"data": Shape("float64"), "ok": Shape("bool")}))
+    assert isinstance(caught.value, InvalidInput)
+    assert caught.value.code in ("filter", "path")
 
 
 def test_length_is_limited(golden: Golden):

@@ -46,6 +46,7 @@ class TestLab:
 
     def test_a_topic_without_a_header_has_no_delay(self, shell: Shell):
         assert shell("topic delay balance_state") == 2
+        assert shell.data("topic delay balance_state", code=2)["error"]["code"] == "header"
 
     def test_several_topics_are_named(self, shell: Shell):
         assert shell("topic hz imu/data joint_states -n 1", mask={r"\d+(\.\d+)?": "#"}) == 0

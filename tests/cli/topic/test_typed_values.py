@@ -48,7 +48,7 @@ def test_header_and_time_are_filled_per_message():
 def test_unfit_values_are_shown(text, cls, column, golden):
     with golden.raises(InvalidInput) as caught:
         typed(text, cls)
-    assert caught.value.problem.place.column == column
+    assert (caught.value.code, caught.value.problem.place.column) == ("values", column)
 
 
 @pytest.mark.parametrize("text", ["{data: 1.0", "{data: *a}", "{data: !!python/name:os.x y}", "{data: 1, data: 2}"])

@@ -102,8 +102,9 @@ def test_written_back_values_load_again(file):
 def test_node_of_another_file_is_refused(file, golden):
     (file.parent / "outer.yaml").write_text("include: lab.yaml\n")
     (drift,) = drifts(nodes(file.parent / "outer.yaml")["/left"], {"rate_hz": 20.0})
-    with golden.raises(LaunchError):
+    with golden.raises(LaunchError) as caught:
         written_back("include: lab.yaml\n", file.parent / "outer.yaml", [drift])
+    assert [each.code for each in caught.value.problems] == ["not-editable"]
 
 
 def test_same_place_in_another_file_is_refused(file, golden):

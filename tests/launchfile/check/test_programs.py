@@ -105,9 +105,10 @@ def test_simulated_time_starts_no_program(folder):
 
 def test_system_without_process_groups_is_an_error(check, monkeypatch, golden):
     monkeypatch.delattr(os, "killpg")
-    ((_, text, fix),) = problems(check, "programs: {driver: {command: [sh]}, other: {command: [sh]}}")
-    golden(text)
-    assert "WSL" in fix
+    (problem,) = check("programs: {driver: {command: [sh]}, other: {command: [sh]}}").errors
+    assert problem.code == "no-posix"
+    golden(problem.message)
+    assert "WSL" in (problem.fix or "")
 
 
 def test_program_of_other_machine_is_a_warning(folder, golden):

@@ -17,4 +17,5 @@ def test_domain_is_stated_or_of_the_environment(stated, variable, domain):
 def test_wrong_domain_in_the_environment_is_refused(text, golden):
     with golden.raises(LaunchError) as caught:
         Ros2Spec().domain_in({"ROS_DOMAIN_ID": text})
+    assert [each.code for each in caught.value.problems] == ["bad-domain"]
     assert len(str(caught.value)) < 300

@@ -153,6 +153,12 @@ def test_hostile_files_are_refused_fast_and_briefly(text: str):
     assert len(refused(text)) < 20_000  # quadratic time would exceed the test's limit
 
 
+def test_half_of_a_surrogate_pair_is_refused():
+    with pytest.raises(LaunchError) as caught:
+        read('a: "\\ud83d"', yaml.SafeLoader)
+    assert [each.code for each in caught.value.problems] == ["escape"]
+
+
 def test_64_mib_are_refused_without_reading_them(tmp_path: Path, golden: Golden):
     path = tmp_path / "big.yaml"
     with path.open("wb") as file:

@@ -139,6 +139,14 @@ def test_crc_of_all_finds_every_flipped_bit(tmp_path, step):
     assert unnoticed == []
 
 
+def test_a_false_count_in_the_summary_is_wrong(tmp_path):
+    path = write_numbers(tmp_path / "a.mcap", 10, compression=CompressionType.NONE)
+    content = bytearray(path.read_bytes())
+    content[content.rindex(pack("<BQQ", 11, 56, 10)) + 9] ^= 1
+    path.write_bytes(content)
+    assert found_in(path)[0] == [("wrong", "statistics"), ("wrong", "damaged")]  # its checksum is wrong, too
+
+
 def test_a_false_index_or_chunk_time_is_wrong(tmp_path):
     path = write_numbers(tmp_path / "a.mcap", 10, chunk_size=10_000, compression=CompressionType.NONE)
     content = bytearray(path.read_bytes())

@@ -80,16 +80,18 @@ def test_wrong_ends_are_named_with_a_fix(case, golden):
 
 SERVER = {"node": "/arm", "received": 9, "served": 2, "failed": 1, "refused": 2, "withdrawn": 3, "lost": 1}
 CLIENT = {"node": "/leg", "called": 1, "answered": 0, "failed": 1, "timed_out": 1, "cancelled": 0}
+LOSSES = {"lost": 3, "malformed": 1, "refused": 2, "incompatible": 4, "unsigned": 5, "early": 2, "unsent": 6}
 FAILURES = ["failed in Arm.tick: ValueError: no"]
 ANSWERS = {
     "failed calls": answer(services=[{"name": "/arm/grip", "servers": [SERVER], "clients": [CLIENT]}]),
     "drops": answer(topics=[topic(subscriptions=[subscription(dropped=4, drops={"expired": 1, "overflow": 3})])]),
     "losses": answer(
-        topics=[topic(losses={"lost": 3, "malformed": 1, "refused": 0, "early": 2})],
-        inbox={"dropped": 2, "refused": 0},
+        topics=[topic(losses=LOSSES), topic("/y", losses={"lost": 0})],
+        inbox={"dropped": 2, "refused": 1},
         timers=[{"node": "/source", "name": "tick", "fired": 90, "missed": 10}],
     ),
     "restarted node": answer(nodes=[{"name": "/arm", "state": "running", "restarts": 2, "failures": FAILURES}]),
+    "stopped node": answer(nodes=[{"name": "/arm", "state": "stopped by hand"}]),
     "failed node first": answer(
         nodes=[{"name": "/arm", "state": "failed", "failures": FAILURES}], inbox={"dropped": 2}
     ),

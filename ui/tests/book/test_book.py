@@ -214,8 +214,9 @@ def test_images_of_the_folder_are_served(tmp_path: Path):
 
 def test_wrong_places_are_one_error(tmp_path: Path, golden: Golden):
     (tmp_path / "a").mkdir()
-    with golden.raises(InvalidInput):
+    with golden.raises(InvalidInput) as caught:
         Book([tmp_path / "a"])
+    assert caught.value.code == "book-page"
     with golden.raises(InvalidInput, mask={re.escape(str(ROOT)): "PROJECT"}):
         Book([ROOT / "LICENSE"])
     for folder in ("b", "c"):
@@ -347,7 +348,8 @@ def test_a_site_needs_no_server(tmp_path: Path):
 
 def test_an_export_overwrites_nothing_else(tmp_path: Path, golden: Golden):
     found = book(tmp_path, a="# A")
-    with golden.raises(InvalidInput):
+    with golden.raises(InvalidInput) as caught:
         export(found, tmp_path, tmp_path)
+    assert caught.value.code == "book-export"
     with golden.raises(InvalidInput):
         export(found, tmp_path / "missing", tmp_path / "site")

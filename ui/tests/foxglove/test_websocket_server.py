@@ -78,5 +78,6 @@ def test_an_address_that_cannot_be_had_is_named(host: str, golden: Golden):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         server: Any = WebSocketServer(Admission(host), served, print_message=print)
         nothing: Callable[[int], Awaitable[None] | None] = lambda _: None  # noqa: E731  # short
-        with golden.raises(InvalidInput, mask={r":\d+": ":PORT"}):
+        with golden.raises(InvalidInput, mask={r":\d+": ":PORT"}) as caught:
             behind(server, nothing, host, taken.getsockname()[1])
+        assert caught.value.code == "address"

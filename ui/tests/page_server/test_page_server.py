@@ -27,9 +27,11 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from busflow.cli import main
+from busflow.errors import InvalidInput
 from busflow.recording.bag import Bag
 from busflow_ui.page_server.access import Access, PageAdmission, Tokens
-from busflow_ui.page_server.files import PageFiles
+from busflow_ui.page_server.certificate import tls
+from busflow_ui.page_server.files import PageFiles, page_folder
 from tests.cli.test_cli import HEAVY, in_one_process
 from tests.golden import Golden
 
@@ -459,6 +461,19 @@ def test_a_foreign_bridge_is_shown(
 
 
 # Other machines.
+
+
+def test_no_certificate_is_refused():
+    with pytest.raises(InvalidInput) as caught:
+        tls(Path(__file__), Path(__file__))
+    assert caught.value.code == "certificate"
+
+
+def test_missing_page_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("busflow_ui.page_server.files._PLACES", (tmp_path, tmp_path))
+    with pytest.raises(InvalidInput) as caught:
+        page_folder()
+    assert caught.value.code == "no-page"
 
 
 def certificate(folder: Path) -> tuple[Path, Path]:

@@ -370,5 +370,6 @@ def test_an_empty_recording_is_refused(file: Path, golden: Golden):
         start_ns = None
         incomplete = ("it was cut off",)
 
-    with Empty(file) as bag, golden.raises(InvalidInput):
+    with Empty(file) as bag, golden.raises(InvalidInput) as caught:
         Recording(bag)
+    assert caught.value.code == "empty"
