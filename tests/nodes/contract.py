@@ -210,7 +210,7 @@ class EventReader(Node):
 
 
 class Server(Node):
-    """Answers, fails, never answers, and fails as a node once it is told to."""
+    """Answers, fails, never answers, and fails as a node at a message."""
 
     async def start(self) -> None:
         self.begun, self.leaves = asyncio.Event(), asyncio.Event()
@@ -380,7 +380,7 @@ class ParameterWatcher(Node):
 
 
 class Fragile(Node):
-    """Fails when it is told to."""
+    """Fails at a message."""
 
     numbers = publisher(Int64, "numbers")
 

@@ -1,4 +1,4 @@
-"""A node that tells by a named pipe that a publisher has gone, for its log would go through the main process."""
+"""A node that writes into a named pipe when a publisher has gone: its log would go through the main process."""
 
 from pathlib import Path
 

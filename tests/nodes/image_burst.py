@@ -1,4 +1,4 @@
-"""A node that publishes as many images at once as it is told to."""
+"""A node that publishes as many images at once as a message says."""
 
 import numpy as np
 

@@ -96,7 +96,7 @@ class Slow(Node):
 
 
 class BurstSource(Node):
-    """Publishes 50 numbers at a time; those of its next life are higher."""
+    """Publishes 50 numbers at a time; its next life publishes higher ones."""
 
     numbers = publisher(Int64, "numbers")
 

@@ -1,4 +1,4 @@
-"""A node that logs each number, and blocks its process if it is told to."""
+"""A node that logs each number, and blocks its process if a parameter says so."""
 
 import threading
 

@@ -30,7 +30,7 @@ COMMAND = ["-m", "busflow", "run", "run.yaml", "--log-format", "json"]
 
 
 def busflow(runtime: Path, *words: str, expect: Sequence[int] = (0,)) -> str:
-    """What a command prints that looks for runs in this folder, and ends with one of these codes.
+    """Return the output of a command that looks for runs in this folder, and ends with one of these codes.
 
     It is executed in this process, since an interpreter takes longer to start than most commands take.
     """
@@ -121,7 +121,7 @@ class Run:
         os.kill(self.pids()[process], number)
 
     def busflow(self, *words: str, expect: int = 0) -> str:
-        """What a command of another terminal prints."""
+        """Return the output of a command of another terminal."""
         return busflow(self.runtime, *words, expect=(expect,))
 
     def end(self, number: int | None = signal.SIGINT) -> int:

@@ -34,7 +34,7 @@ def busflow(run):
 
     def busflow(*arguments):
         printed = run.busflow(*arguments)
-        whole = printed.startswith("{\n")  # what does not go on is one object, written for people
+        whole = printed.startswith("{\n")  # a command that ends prints one object, written for people
         return [json.loads(each) for each in ([printed] if whole else printed.splitlines())]
 
     return busflow
