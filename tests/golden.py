@@ -18,7 +18,7 @@ VARYING = {
     r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}": "UUID",
     r"embedded null (byte|character)": "embedded null byte",  # Python 3.11, and newer ones
     r"[^\s'\"]*/pytest-of-[^/]+/pytest-\d+(/popen-gw\d+)?/\w+": "TMP_PATH",
-    r"[^\s'\"]*\b((busflow|tests)/[\w/]+\.py):\d+(:\d+)?": r"\1:…",  # a line of busflow or of the test, which moves
+    r"(?:/[^\s'\":]*/)?\b((busflow|tests)/[\w/]+\.py):\d+(:\d+)?": r"\1:…",  # a line that moves
 }
 """What varies in most texts, and the word that stands for it."""
 
