@@ -52,17 +52,18 @@ def test_each_code_stands_in_one_section():
 
 def codes_in_source() -> set[str]:
     """The codes that the source writes out, as an argument or a variable `code`; others are composed of two words."""
-    trees = {path: ast.parse(path.read_text("utf-8")) for path in SOURCES}
+    texts = {path: path.read_text("utf-8") for path in SOURCES if "msgs" not in path.parts}
+    nodes = {path: [*ast.walk(ast.parse(text))] for path, text in texts.items() if "code" in text or "roblem" in text}
     places: dict[tuple[Path, str], int] = {}
-    for path, tree in trees.items():
-        for each in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
+    for path, each in ((path, node) for path, found in nodes.items() for node in found):
+        if isinstance(each, ast.FunctionDef):
             names = [arg.arg for arg in each.args.args if arg.arg != "self"]
             if "code" in names:
                 places[path.parent if each.name[0] == "_" else ROOT, each.name] = names.index("code")
     found: set[str] = set()
-    for path, tree in trees.items():
+    for path, its_nodes in nodes.items():
         known = {name: place for (where, name), place in places.items() if where in (ROOT, path.parent)}
-        for value in (value for node in ast.walk(tree) for value in values(node, known)):
+        for value in (value for node in its_nodes for value in values(node, known)):
             parts = [value.body, value.orelse] if isinstance(value, ast.IfExp) else [value]
             found |= {each.value for each in parts if isinstance(each, ast.Constant) and isinstance(each.value, str)}
     return {each for each in found if KEBAB.fullmatch(each)}
