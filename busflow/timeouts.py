@@ -7,7 +7,7 @@ that a user states in a launch file or in a call, and times of the run's clock, 
 from __future__ import annotations
 
 import os
-from dataclasses import asdict, dataclass, fields
+from typing import NamedTuple
 
 from busflow.errors import InvalidInput, Problem
 from busflow.text import did_you_mean, printable
@@ -18,8 +18,7 @@ _LONGEST = 86_400.0
 """The limit that stands for infinity: not every wait of a thread takes infinity, and no test lasts a day."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Timeouts:
+class Timeouts(NamedTuple):  # a dataclass of so many fields takes 2 ms to make, at each start
     """Limits in seconds of real time; one of infinity lasts a day."""
 
     # Nodes of a run
@@ -155,14 +154,14 @@ class Timeouts:
     node_order: float = 60.0
     """Wait of `busflow node stop`, `start` and `restart` for the node."""
 
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            object.__setattr__(self, each.name, min(getattr(self, each.name), _LONGEST))
+    def but(self, **limits: float) -> Timeouts:
+        """Return the same limits with others for some names; infinity becomes a day."""
+        return self._replace(**{name: min(limit, _LONGEST) for name, limit in limits.items()})
 
     def changed(self) -> dict[str, float]:
         """Return the limits that differ from the defaults, with which `Timeouts(**changed)` is the same."""
-        defaults = asdict(Timeouts())
-        return {name: limit for name, limit in asdict(self).items() if limit != defaults[name]}
+        defaults = Timeouts()._asdict()
+        return {name: limit for name, limit in self._asdict().items() if limit != defaults[name]}
 
 
 def stated(text: str) -> Timeouts:
@@ -172,11 +171,10 @@ def stated(text: str) -> Timeouts:
         InvalidInput: A name is unknown, or a limit is not a number of seconds from 0 to infinity.
     """
     limits: dict[str, float] = {}
-    names = [each.name for each in fields(Timeouts)]
     for part in filter(str.strip, text.split(",")):
         name, _, value = (word.strip() for word in part.partition("="))
-        if name not in names:
-            raise _refused(f"no limit is named {printable(repr(name), limit=60)}", did_you_mean(name, names))
+        if name not in Timeouts._fields:
+            raise _refused(f"no limit is named {printable(repr(name), limit=60)}", did_you_mean(name, Timeouts._fields))
         try:
             limits[name] = float(value)
         except ValueError:
@@ -184,7 +182,7 @@ def stated(text: str) -> Timeouts:
         if not limits[name] >= 0:  # nor is it NaN
             got = printable(repr(value), limit=60)
             raise _refused(f"{name} must be a number of seconds from 0 to inf, got {got}", f"write {name}=20")
-    return Timeouts(**limits)
+    return Timeouts().but(**limits)
 
 
 def _refused(why: str, fix: str) -> InvalidInput:

@@ -10,7 +10,6 @@ import sys
 import tempfile
 from collections.abc import AsyncIterator, Callable, Generator, Iterator
 from contextlib import ExitStack, asynccontextmanager, suppress
-from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -216,7 +215,7 @@ def unhurried() -> Iterator[None]:
 @pytest.fixture
 def limits(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """`limits(grace=0.1)`: limits of real time for this test."""
-    return lambda **changes: monkeypatch.setattr(timeouts, "current", replace(timeouts.current, **changes))
+    return lambda **changes: monkeypatch.setattr(timeouts, "current", timeouts.current.but(**changes))
 
 
 def children() -> set[str]:

@@ -12,7 +12,7 @@ from busflow.timeouts import VARIABLE, Timeouts, stated
 
 def test_text_sets_limits_and_keeps_the_others():
     assert stated("") == stated(" , ") == Timeouts()
-    assert stated("grace=20, import_warning = inf") == Timeouts(grace=20, import_warning=float("inf"))
+    assert stated("grace=20, import_warning = inf") == Timeouts(grace=20, import_warning=86_400)
     assert stated("grace=0,grace=1").changed() == {"grace": 1.0}
 
 
