@@ -338,7 +338,7 @@ class TestFailingImport:
         golden(str(failure("joints", folder)))
 
     def test_a_forgotten_import_is_written_out(self, write: Write, folder: Path, golden):
-        write("camera.py", "def on_imu(imu: Imu): ...\n")
+        write("camera.py", "last = Imu()\n")
         golden(str(failure("camera", folder)))
         write("lidar.py", "@timer(1)\ndef tick(self): ...\n")
         golden(str(failure("lidar", folder)))

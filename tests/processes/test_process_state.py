@@ -71,10 +71,15 @@ def state():
         "interpreter": (sys.getrecursionlimit(), sys.getswitchinterval(), sys.dont_write_bytecode),
         "standard streams": (sys.stdin, sys.stdout, sys.stderr),
         "warnings": ([*warnings.filters], warnings.showwarning, warnings.formatwarning),
-        "event loop": (asyncio.get_event_loop_policy(), asyncio.get_event_loop_policy()._local._loop),
+        "event loop": (event_loop_policy(), event_loop_policy()._local._loop),
         "folder and file mode mask": (Path.cwd(), file_mode_mask()),
         "priority": os.getpriority(os.PRIO_PROCESS, 0),
     }
+
+
+def event_loop_policy():
+    with warnings.catch_warnings(action="ignore", category=DeprecationWarning):  # since Python 3.14
+        return asyncio.get_event_loop_policy()
 
 
 def threads_left_by(before):
