@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median, quantiles
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-os.environ.setdefault("BUSFLOW_RUNTIME_DIR", tempfile.mkdtemp(prefix="bf"))  # the listeners look there too
+os.environ.setdefault("BUSFLOW_RUNTIME_DIR", tempfile.mkdtemp(prefix="bf", dir="/tmp"))  # the listeners look there too
 
 import zenoh
 

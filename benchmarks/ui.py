@@ -84,7 +84,7 @@ def shares(processes: list[subprocess.Popen[str]], seconds: float, receive: obje
 
 
 def measure(seconds: float) -> None:
-    with tempfile.TemporaryDirectory(prefix="bf") as path:
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as path:
         folder = Path(path)
         (folder / "lab").mkdir()
         (folder / "runs").mkdir(mode=0o700)

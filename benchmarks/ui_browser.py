@@ -131,7 +131,7 @@ def main(frames: int) -> None:
         sys.exit("there is no Chromium on this machine: apt-get install chromium")
     if not ESBUILD.is_file():
         sys.exit("esbuild is not installed: run `npm ci --ignore-scripts` in ui/page")
-    with tempfile.TemporaryDirectory(prefix="bf") as folder, sync_playwright() as playwright:
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as folder, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=OPTIONS)
         print_frames(browser, Path(folder), frames)
         print_delays(browser, Path(folder))

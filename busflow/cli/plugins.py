@@ -37,7 +37,9 @@ def _options(command: Callable[..., int]) -> Callable[..., int]:
         "folders",
         multiple=True,
         metavar="DIR",
-        type=click.Path(exists=True, file_okay=False, path_type=Path),
+        type=click.Path(
+            exists=True, file_okay=False, readable=False, path_type=Path
+        ),  # busflow says why it cannot be read
         help="A plugin folder to look in; may be given several times.  [default: plugins, and what is installed]",
     )(command)
 

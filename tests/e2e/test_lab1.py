@@ -54,7 +54,7 @@ class Lab:
 
 @pytest.fixture
 def lab(tmp_path):
-    with tempfile.TemporaryDirectory(prefix="busflow-") as runtime_dir:  # pytest's own is too long for a socket
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as runtime_dir:  # pytest's own is too long for a socket
         lab = Lab(tmp_path, runtime_dir)
         try:
             yield lab

@@ -69,6 +69,7 @@ def test_commands_import_without_garbage_collection(command: str):
         "print(seen, gc.isenabled(), file=sys.stderr)\n"
         "sys.exit(code)"
     )
-    done = subprocess.run([sys.executable, "-c", code, *command.split()], capture_output=True, text=True, cwd=ROOT)
+    line = [sys.executable, "-c", code, *command.split()]
+    done = subprocess.run(line, capture_output=True, encoding="utf-8", cwd=ROOT)
     assert done.returncode == 0
     assert done.stderr.splitlines()[-1] == "[False] True"

@@ -198,7 +198,7 @@ def browser() -> Iterator[Any]:
 @pytest.fixture(scope="package")
 def stage(browser: Any, built_page: Path, lasting: set[int]) -> Iterator[Stage]:
     assert built_page.is_dir()
-    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as path:
         found = Stage(Path(path), browser, lasting)
         yield found
         found.close()

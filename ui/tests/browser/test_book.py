@@ -126,7 +126,7 @@ class QuietHandler(SimpleHTTPRequestHandler):
 @pytest.fixture(scope="module")
 def stage(browser: Any, built_page: Path) -> Iterator[BookStage]:
     assert built_page.is_dir()
-    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as path:
         found = BookStage(Path(path), browser)
         yield found
         found.close()

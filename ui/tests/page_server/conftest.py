@@ -187,7 +187,7 @@ def show(built_page: Path) -> Iterator[Callable[..., Shown]]:
 def lab_folder() -> Iterator[Path]:
     """A copy of the project's lab, whose launch file may be written to."""
     root = Path(__file__).parents[3]
-    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as path:
         folder = Path(path)
         text = (root / "configs/lab1.yaml").read_text("utf-8")
         (folder / "lab1.yaml").write_text(text.replace("../plugins", str(root / "plugins")), "utf-8")

@@ -66,7 +66,7 @@ class Reading:
 
 @pytest.fixture(scope="module")
 def reading(show: Callable[..., Any]) -> Iterator[Reading]:
-    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as path:
         found = Reading(Path(path), show)
         yield found
         found.shown.end()
