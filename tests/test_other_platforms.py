@@ -1,6 +1,8 @@
 """Windows and macOS, as far as Linux can show: busflow without the names that they lack, and their `sys.platform`."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -24,10 +26,18 @@ class Done:
     err: str
 
 
+def on(platform: str) -> dict[str, str]:
+    """The environment of processes that lack what the platform lacks, as do those that they start."""
+    folder = PROJECT / "tests/every_process"
+    return {**os.environ, "PYTHONPATH": str(folder), "PRETENDED_PLATFORM": platform}
+
+
 def ran(platform: str, *commands: str) -> dict[str, Done]:
     """What commands do one after the other in an interpreter that lacks what the platform lacks."""
-    line = [sys.executable, "-m", "tests.other_platforms", platform, *commands]
-    printed = subprocess.run(line, cwd=PROJECT, capture_output=True, text=True, check=True, timeout=120).stdout
+    line = [sys.executable, "-m", "tests.other_platforms", *commands]
+    done = subprocess.run(line, cwd=PROJECT, env=on(platform), capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    printed = done.stdout
     return {command: Done(*done) for command, done in json.loads(printed).items()}
 
 
@@ -89,3 +99,56 @@ def test_macos_runs_a_graph_that_is_looked_into():
     command = f"run {LAB} --for 0.1s"
     done = ran("darwin", command)[command]
     assert (done.code, "cannot be inspected" in done.err) == (0, False), done.err
+
+
+CAMERA = """
+import platform
+import sys
+
+import numpy as np
+from busflow import Node, QoS, publisher, subscription, timer
+from busflow.msgs.sensor_msgs import Image
+from busflow.msgs.std_msgs import Header
+
+HERE = Header(frame_id=f"{sys.platform}_{platform.machine()}")
+
+PIXELS = np.zeros(6_000_000, dtype=np.uint8)
+
+
+class Camera(Node):
+    picture = publisher(Image, "picture")
+
+    @timer(0.1)
+    def take(self) -> None:
+        self.picture.publish(Image(header=HERE, height=1000, width=2000, encoding="rgb8", step=6000, data=PIXELS))
+
+
+class Viewer(Node):
+    @subscription("picture", qos=QoS(depth=1))
+    def on_picture(self, image: Image) -> None:
+        self.log.info("seen", bytes=len(image.data), sent_from=image.header.frame_id)
+"""
+TWO_PROCESSES = """
+plugins: [.]
+processes: {eyes: }
+nodes:
+  camera: {plugin: "camera:Camera", process: eyes}
+  viewer: {plugin: "camera:Viewer"}
+"""
+
+
+def test_macos_sends_images_between_processes(tmp_path: Path):
+    (tmp_path / "camera.py").write_text(CAMERA)
+    (tmp_path / "images.yaml").write_text(TWO_PROCESSES)
+    line = [sys.executable, "-m", "busflow", "run", "images.yaml", "--report", "report.json"]
+    with subprocess.Popen(line, cwd=tmp_path, env=on("darwin"), stderr=subprocess.PIPE, text=True) as run:
+        log = iter(run.stderr or ())
+        images = (each for each in log if "seen bytes=6000000 sent_from=darwin_arm64" in each)
+        seen = [each for _, each in zip(range(3), images, strict=False)]
+        run.send_signal(signal.SIGINT)
+        rest = "".join(log)
+    assert (run.returncode, len(seen), "Traceback" in rest) == (130, 3, False), rest
+    report = json.loads((tmp_path / "report.json").read_text())
+    (topic,) = [each for each in report["topics"] if each["name"] == "/picture"]
+    (line,) = topic["subscriptions"]
+    assert line["published"] == line["delivered"] + line["dropped"] + line["queued"] >= 3
