@@ -190,6 +190,13 @@ def nothing_installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("busflow.node.plugins.entry_points", lambda _group: ())
 
 
+@pytest.fixture
+def directory() -> Iterator[Path]:
+    """A folder for sockets, whose path is short enough wherever temporary files are."""
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as name:
+        yield Path(name)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def runtime_folder() -> Iterator[Path]:
     """Where the runs of these tests are found, and no others; its path is short enough for a socket."""

@@ -38,12 +38,12 @@ class Boss(Node):
 
 
 @pytest.fixture
-def graph(tmp_path, monkeypatch):
+def graph(directory, monkeypatch):
     """A folder with the launch file of an arm and its boss."""
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(directory)
     text = "name: moves\nplugins: [.]\nnodes:\n  arm: {plugin: arm}\n  boss: {plugin: boss}\n"
-    (tmp_path / "graph.yaml").write_text(text)
-    return tmp_path
+    (directory / "graph.yaml").write_text(text)
+    return directory
 
 
 def replays(graph, arm, boss, *options, late=()):

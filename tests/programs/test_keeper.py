@@ -195,8 +195,8 @@ def test_program_reads_end_of_input(keep):
     assert kept.said()["code"] == 0
 
 
-def test_impossible_command_is_reported(keep):
-    kept = keep("no-such-command")
+def test_impossible_command_is_reported(keep, tmp_path):
+    kept = keep(str(tmp_path / "no-such-command"))
     assert kept.said() == {"failed": "No such file or directory"}
     assert kept.process.wait(PATIENCE_S) == 0
 

@@ -37,16 +37,16 @@ class Robot(Node):
 @pytest.mark.parametrize(
     ("zid", "also"), [("1", ()), ("f" * 32, ("tcp/localhost:0",))], ids=["it waits for the run", "it connects"]
 )
-async def test_a_foreign_unix_socket_gives_no_rights(zid: str, also: tuple[str, ...], tmp_path: Path):
+async def test_a_foreign_unix_socket_gives_no_rights(zid: str, also: tuple[str, ...], directory: Path):
     port, received = free_port(), list[str]()
-    command = [sys.executable, "-m", "tests.ros2.trespasser", str(port), str(tmp_path / "own.sock"), zid, *also]
+    command = [sys.executable, "-m", "tests.ros2.trespasser", str(port), str(directory / "own.sock"), zid, *also]
     with opened(ROUTER | {"listen/endpoints": [f"tcp/127.0.0.1:{port}"]}):
         async with launch(ros2_at(port, topics=("/chatter", "/said")), Robot, inspect="ros") as graph:
             process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
             try:
                 async with asyncio.timeout(PATIENCE_S):
                     while sum("/chatter/" in line for line in received) < 5:
-                        received.append((await process.stdout.readline()).decode())
+                        received.append((await process.stdout.readuntil(b"\n")).decode())  # an error at its end
                     for _ in range(3):
                         await graph.node(Robot).heard.get()
             finally:

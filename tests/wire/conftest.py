@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -78,9 +77,3 @@ def robots() -> Iterator[Callable[..., Robot]]:
     yield start
     for each in started:
         each.kill()
-
-
-@pytest.fixture
-def directory() -> Iterator[Path]:
-    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as name:  # the path of a socket has to be short
-        yield Path(name)

@@ -399,6 +399,7 @@ def test_another_type_than_the_recorded_one(lab_bag, golden):
         replay(lab_bag, Deaf)
 
 
+@pytest.mark.usefixtures("nothing_installed")
 def test_invalid_launch_file_is_reported_as_usual(lab_bag, tmp_path, golden):
     file = tmp_path / "wrong.yaml"
     file.write_text("name: wrong\nnodes:\n  a:\n    plugin: nothing\n")
