@@ -256,7 +256,7 @@ def project(tmp_path, monkeypatch):
     for part in ("configs", "plugins"):
         shutil.copytree(PROJECT / part, tmp_path / part, ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "tests").mkdir()
-    for file in ("pyproject.toml", "tests/conftest.py"):
+    for file in ("pyproject.toml", "tests/conftest.py", "tests/extras.py", "tests/golden.py"):
         shutil.copy(PROJECT / file, tmp_path / file)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NO_COLOR", "1")

@@ -257,7 +257,7 @@ def test_many_small_lies_take_little_memory(tmp_path, golden):
     assert path.stat().st_size < 4 << 20
     count, damage = in_little_memory(path)
     assert count == 0
-    golden(damage)
+    golden(damage, mask={r"at byte \d+": "at byte N"})
 
 
 def test_a_pipe_is_refused_and_not_waited_for(tmp_path, golden):
