@@ -354,7 +354,7 @@ class _WithProblem(BusflowError):
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.code = problem.code
+        self.code: str = problem.code
         super().__init__(problem.render())
 
     def as_json(self) -> dict[str, object]:

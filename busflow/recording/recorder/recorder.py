@@ -70,7 +70,7 @@ class Recorder(Extension):
         """Create a recorder of what `spec` says, which begins when the graph starts."""
         self._graph, self._spec, self._share = graph, spec, share
         self._clock, self._log = graph.clock, graph.log.bind("busflow")
-        self.end_s = timeouts.current.recording_end
+        self.end_s: float = timeouts.current.recording_end
         self._capture = Capture(graph, spec, share, write=self._write, miss=self._miss)
         self._lock = threading.Lock()  # log lines may come from other threads
         self._sequence = 0

@@ -67,7 +67,7 @@ class SnapshotRecorder(Extension):
         """Create a recorder that begins to keep messages when the graph starts."""
         self._graph, self._spec, self._snapshot = graph, spec, snapshot
         self._clock, self._log = graph.clock, graph.log.bind("busflow")
-        self.end_s = timeouts.current.snapshot_end
+        self.end_s: float = timeouts.current.snapshot_end
         self._window = LastMoments(snapshot.most_bytes)
         self._capture = Capture(graph, spec, share, write=self._write, miss=self._miss)
         self._lock = threading.Lock()  # log lines may come from other threads
