@@ -138,7 +138,8 @@ class TestRun:
         ]
         with ExitStack() as stack:
             listeners = [
-                stack.enter_context(subprocess.Popen(each, stdout=PIPE, stderr=PIPE, text=True)) for each in commands
+                stack.enter_context(subprocess.Popen(each, stdout=PIPE, stderr=PIPE, encoding="utf-8"))
+                for each in commands
             ]
             for each in listeners:
                 assert each.stdout
