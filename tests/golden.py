@@ -1,4 +1,4 @@
-"""Golden texts: what a command or a module writes, pinned once in a text file beside the test module.
+"""Golden texts: each text that a command or a module writes, pinned once in a text file beside the test module.
 
 `golden(text)` compares a text with the section of the running test in `test_check.txt`, beside `test_check.py`;
 `with golden.raises(InvalidDeclaration):` does so with the text of an error.
@@ -20,7 +20,7 @@ VARYING = {
     r"[^\s'\"]*/pytest-of-[^/]+/pytest-\d+(/popen-gw\d+)?/\w+": "TMP_PATH",
     r"(?:/[^\s'\":]*/)?\b((busflow|tests)/[\w/]+\.py):\d+(:\d+)?": r"\1:…",  # a line that moves
 }
-"""What varies in most texts, and the word that stands for it."""
+"""Parts of a text that vary from run to run, each with the word that stands for it."""
 
 HEADING = re.compile(r"^=== (.+)\n", re.MULTILINE)
 
