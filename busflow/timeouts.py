@@ -190,4 +190,4 @@ def _refused(why: str, fix: str) -> InvalidInput:
 
 
 current: Timeouts = stated(os.environ.get(VARIABLE, ""))
-"""The limits of this process; a worker process has those of the process that started it."""
+"""The limits of this process; a worker process has the same limits as the process that started it."""
