@@ -21,7 +21,15 @@ from busflow.testing import replay
 from tests.processes.conftest import NODES
 
 LAB1 = Path(__file__).parents[2] / "configs/lab1_processes.yaml"
-RUN_LAB1 = ["run", str(LAB1), "rate_hz:=50"]
+
+# Lab 1, whose messages wait where a busy machine runs the processor late. In the lab a queue of five drops then.
+ROOMY_LAB1 = f"""
+name: roomy
+include: [{{file: {LAB1}, args: {{rate_hz: 50.0}}}}]
+topics:
+  imu/data: {{qos: {{depth: 1000, reliability: reliable}}}}
+  joint_states: {{qos: {{depth: 1000}}}}
+"""
 
 COUNTED = """
 name: counted
@@ -60,8 +68,10 @@ def test_each_process_splits_its_own_file(tmp_path, monkeypatch, capsys):
 def lab1(tmp_path_factory):
     """A recording of lab 1 in two processes, beside its report."""
     folder = tmp_path_factory.mktemp("lab1")
+    file = folder / "roomy.yaml"
+    file.write_text(ROOMY_LAB1)
     words = ("--for", "1s", "--record", str(folder / "run.mcap"), "--report", str(folder / "out.json"))
-    assert main([*RUN_LAB1, *words]) == 0
+    assert main(["run", str(file), *words]) == 0
     return folder / "run"
 
 
@@ -143,10 +153,8 @@ def test_a_reader_of_ros_2_opens_the_directory(lab1):
 @pytest.mark.long
 def test_replay_of_a_node_is_the_same(lab1, capsys):
     # How long a message was on its way is not in a recording: on a busy machine it may be longer than the usual 0.1 s.
-    code = main(["replay", str(lab1), str(LAB1), "--node", "sensor_processor", "--time-tolerance", "1min"])
-    said = capsys.readouterr()
-    assert "error" not in said.err
-    assert code == 0 or " lost " in said.out, said.out  # a queue of five is full soon, where nothing comes to run
+    words = ("--node", "sensor_processor", "--time-tolerance", "1min")
+    assert main(["replay", str(lab1), str(lab1.parent / "roomy.yaml"), *words]) == 0, capsys.readouterr().out
 
 
 ENDS_LATER = """
