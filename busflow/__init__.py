@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from busflow.node.handlers import on_event as on_event
     from busflow.node.handlers import on_parameters as on_parameters
     from busflow.node.handlers import service as service
+    from busflow.node.handlers import subscription as subscription
     from busflow.node.node import Node as Node
     from busflow.node.parameters import Parameters as Parameters
     from busflow.node.parameters import ReadOnly as ReadOnly
@@ -78,7 +79,6 @@ if TYPE_CHECKING:
     from busflow.node.supervision import supervised as supervised
     from busflow.pairing.declarations import synchronized as synchronized
     from busflow.pairing.members import Unpaired as Unpaired
-    from busflow.pairing.subscriptions import subscription as subscription
     from busflow.program import launch as launch
     from busflow.program import run as run
     from busflow.runner.graph import Graph as Graph
@@ -155,7 +155,7 @@ _HOMES = {
     "publisher": "node.declarations",
     "run": "program",
     "service": "node.handlers",
-    "subscription": "pairing.subscriptions",
+    "subscription": "node.handlers",
     "supervised": "node.supervision",
     "synchronized": "pairing.declarations",
     "take": "interfaces.message",

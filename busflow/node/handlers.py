@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from types import FrameType, FunctionType
 from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, overload
 
@@ -14,6 +15,7 @@ from busflow.bus.services.server import DEPTH
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message, ServiceType, type_name
 from busflow.node.declarations import (
+    ComposedDeclaration,
     Declaration,
     PullDeclaration,
     checked_name,
@@ -174,19 +176,35 @@ class Handler(Declaration, Generic[P, R]):
         return annotation
 
 
+_FEATURES = {"in_frame": "busflow.pairing.in_frame", "wait": "busflow.pairing.in_frame"}
+"""The module of the feature that each further keyword of `@subscription` belongs to; imported when one is given."""
+
+
 @overload
 def subscription(topic: str, /, *, qos: QoS | None = None) -> HandlerDecorator: ...
 @overload
+def subscription(
+    topic: str, /, *, qos: QoS | None = None, in_frame: str, wait: str | float = 0.1
+) -> Callable[[Callable[Concatenate[Any, P], R]], ComposedDeclaration[Callable[P, R]]]: ...
+@overload
 def subscription(message_type: type[M], topic: str, /, qos: QoS | None = None) -> PullDeclaration[M]: ...
 def subscription(
-    message_type: type[M] | str, topic: str | None = None, /, qos: QoS | None = None
-) -> HandlerDecorator | PullDeclaration[M]:
+    message_type: type[M] | str, topic: str | None = None, /, qos: QoS | None = None, **keywords: Any
+) -> Any:
     """Receive a topic: above a handler, or as an attribute to pull from.
 
     Write `@subscription("imu/data")` above a method, or `imu = subscription(Imu, "imu/data")`. The handler's annotation
     states the type of message; a plain `def` is atomic, an `async def` is handed one message at a time. The attribute
     is pulled from: `async for`, `.latest`.
+
+    With `in_frame="map"` a message is handed over once the transform from its frame to `map` at its stamp is there;
+    after `wait`, 100 ms unless said, it is a drop with the reason `no_transform`.
     """
+    for keyword, value in keywords.items():
+        if keyword not in _FEATURES:
+            raise TypeError(f"subscription() got an unexpected keyword argument {keyword!r}")
+        if value is not None:
+            return import_module(_FEATURES[keyword]).subscription(message_type, topic, qos=qos, **keywords)
     if isinstance(message_type, str):
         if isinstance(topic, type):
             raise InvalidDeclaration(f'the type comes first: write subscription({topic.__name__}, "{message_type}")')

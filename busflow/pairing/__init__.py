@@ -7,6 +7,6 @@ ledger, in which a message without a partner is a drop with the reason `unpaired
 - `members`: the subscription of one topic of a group, whose messages wait in its own queue until they are matched.
 - `group`: takes what waits to the handler, in turns of the dispatcher or in a task for an `async def`.
 - `declarations`: the decorator `@synchronized`.
-- `in_frame`, `subscriptions`: `@subscription(topic, in_frame=…)`, whose messages wait for a transform; late ones drop
+- `in_frame`: `@subscription(topic, in_frame=…)`, whose messages wait for a transform; late ones drop
   as `no_transform`.
 """

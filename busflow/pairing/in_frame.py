@@ -10,18 +10,20 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 from busflow.bus.expiry import message_of
 from busflow.bus.failure import is_failure, refuse_coroutine
-from busflow.bus.qos import QoS
+from busflow.bus.qos import QoS, checked_qos
 from busflow.clock import NS_PER_S, Clock, Time
 from busflow.errors import InvalidDeclaration, TransformError
 from busflow.frames.declarations import Frames
-from busflow.node.declarations import ComposedDeclaration
+from busflow.node.declarations import ComposedDeclaration, checked_name
 from busflow.node.handlers import Handler, SubscriptionRole
 from busflow.node.node import Node, runtime_of
 from busflow.pairing.members import Member, MemberQueue, require_header, stamp_ns
+from busflow.validation.durations import parse_duration
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
+_WAIT_S = 0.1
 NO_TRANSFORM = "no_transform"
 """The reason of a drop for a message whose transform was not there in time."""
 
@@ -171,3 +173,18 @@ class InFrameDeclaration(ComposedDeclaration[Callable[P, R]], Generic[P, R]):
         queue = _ArrivalQueue(endpoint.qos.depth, around.clock)
         runtime.endpoints.add(Member(kind, endpoint, waiter, queue))
         return bound
+
+
+def subscription(
+    topic: object, other: object, *, qos: QoS | None, in_frame: str | None = None, wait: str | float | None = None
+) -> Callable[[Callable[Concatenate[Any, P], R]], InFrameDeclaration[P, R]]:
+    """Return the decorator of `@subscription(topic, in_frame=…, wait=…)`."""
+    if not isinstance(topic, str) or other is not None or in_frame is None:
+        raise InvalidDeclaration('in_frame= and wait= are for a handler: write @subscription("scan", in_frame="map")')
+    target = checked_name(in_frame, "@subscription(…, in_frame=…)", "frame")
+    try:
+        wait_ns = round(parse_duration(_WAIT_S if wait is None else wait) * NS_PER_S)
+    except (ValueError, OverflowError) as error:
+        raise InvalidDeclaration(f"@subscription(…, wait=…): {error}") from None
+    checked = checked_qos(qos, "@subscription(…)")
+    return lambda function: InFrameDeclaration(function, topic, checked, target, wait_ns)

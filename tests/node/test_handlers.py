@@ -141,3 +141,8 @@ def test_a_service_without_type_or_name_is_explained(golden):
 def test_a_swapped_subscription_is_put_right(golden):
     with golden.raises(InvalidDeclaration):
         subscription("numbers", Int64)
+
+
+def test_unknown_keyword_of_a_subscription_is_refused():
+    with pytest.raises(TypeError, match="unexpected keyword argument 'frame'"):
+        subscription("points", frame="map")

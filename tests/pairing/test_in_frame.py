@@ -1,4 +1,4 @@
-"""`@subscription(…, in_frame=…)` (`in_frame.py`, `subscriptions.py`): handed over with the transform, or a drop."""
+"""`@subscription(…, in_frame=…)`: handed over with the transform, or a drop."""
 
 from __future__ import annotations
 

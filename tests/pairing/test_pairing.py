@@ -1,4 +1,4 @@
-"""`@synchronized` (`declarations.py`, `group.py`, `members.py`); `subscriptions.py` is tested with `in_frame.py`."""
+"""`@synchronized` (`declarations.py`, `group.py`, `members.py`)."""
 
 from __future__ import annotations
 
