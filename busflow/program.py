@@ -32,6 +32,7 @@ from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import LoopName, chosen_loop
 from busflow.runner.loops.system import LoopFactory
 from busflow.runner.run import run_graph
+from busflow.runner.source import Source
 from busflow.runner.sources import What, described, is_simulated
 from busflow.runner.watchdog import BOUND_S
 
@@ -198,14 +199,15 @@ def _process_group(
     from busflow.processes.process_group import ProcessGroup  # this import needs Zenoh
     from busflow.recording.recorder.options import spec_of
 
-    file = str(spread.files[0].absolute())
     known_as = name if isinstance(name, str) else graph.name
     more: dict[str, Any] = {
         "network": spread.network if spread.here is not None else None,
         "record": spec_of(record, spread.record),
         "event_loop": event_loop,
     }
-    group = ProcessGroup(graph, placed(spread), name=known_as, arguments=["run", file], outer=outer, args=args, **more)
+    group = ProcessGroup(
+        graph, placed(spread), name=known_as, source=Source(spread.files[0], args=args), outer=outer, **more
+    )
     attach_bridge(graph)
     return group
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -96,23 +95,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             with messages_lost():
                 sys.stderr.flush()
     if argv is None:
-        _leave_threads_behind(code)
-        _leave_memory_behind()
+        from busflow.runner.leaving import leave
+
+        leave(code)
     return code
-
-
-def _leave_threads_behind(code: int) -> None:
-    """End the process without waiting for threads in a blocking call, such as the `read` of a driver."""
-    import threading
-
-    if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
-        os._exit(code)
-
-
-def _leave_memory_behind() -> None:
-    """Collect garbage once, then freeze: the interpreter's three collections at exit took a tenth of a second."""
-    gc.collect()  # closes what a node has left open
-    gc.freeze()
 
 
 def _answer(arguments: list[str]) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, LaunchSource, SingleNode, launch_file
+from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, LaunchSource, launch_file
 from busflow.cli.options.lazy_group import importing
 from busflow.text import printable
 
@@ -63,8 +63,6 @@ Examples:
 @click.option("--ros2", is_flag=True, help="Let nodes of ROS 2 (rmw_zenoh) on this machine take part.")
 @click.option("--processes", type=click.Choice(["file", "auto"]), default="file", help="auto: one for each node.")
 @click.option("--one-process", is_flag=True, help="All nodes in one process, whatever FILE says.")
-@click.option("--process", hidden=True, help="How busflow starts the processes of a run.")
-@click.option("--voice", "pipe", type=int, hidden=True)
 @click.option("--watch", is_flag=True, help="Follow FILE when it is edited: set parameters, start and stop nodes.")
 @click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
 @click.option("-h", "--help", "show_help", is_flag=True, help="Show this message; with FILE, its own arguments too.")
@@ -78,8 +76,6 @@ def run(
     no_inspect: bool,
     processes: str,
     one_process: bool,
-    process: str | None,
-    pipe: int | None,
     show_help: bool,
     **options: Any,
 ) -> int:
@@ -91,11 +87,6 @@ def run(
         return _help(context, source)
     if source is None:
         raise click.MissingParameter(ctx=context, param=context.command.params[0])
-    if process is not None or pipe is not None:
-        with importing():
-            from busflow.processes.worker import work
-
-        return work(source.description, pipe)
     if one_process and processes == "auto":
         raise click.UsageError("--one-process and --processes auto exclude each other", context)
     with importing():
@@ -107,7 +98,7 @@ def run(
 
 def _help(context: click.Context, source: LaunchSource | None) -> int:
     click.echo(context.get_help())
-    if isinstance(source, SingleNode):
+    if source is not None and source.plugin:
         click.echo(f"\nbusflow plugins info {printable(source.plugin)} shows its parameters.")
     elif source is not None:
         from busflow.cli.terminal.table import Column, print_table

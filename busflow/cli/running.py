@@ -154,13 +154,12 @@ class Run:
         from busflow.processes.process_group import ProcessGroup
 
         graph = Graph([self._description], **self._options)
-        arguments = ["run", *self._source.arguments()]
         network = self._description.network if self._description.here is not None else None
         self._group = ProcessGroup(
             graph,
             self._placement,
             name=self._name,
-            arguments=arguments,
+            source=self._source,
             outer=self._outer,
             network=network,
             record=self._record,

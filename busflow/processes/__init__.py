@@ -3,11 +3,11 @@
 Runs no node in the main process that its graph does not have. It is imported only if a run has several processes.
 
 The main process plans the whole graph, then keeps only its own nodes (`ProcessGroup`). For each other process a
-`WorkerProcess` starts a `Child`: a new interpreter with `busflow run FILE --process NAME`, which reads on standard
-input which nodes to run (`Assignment`). That pipe stays open until the main process ends; then the child ends too
-(`worker`). On another pipe the child sends its log, its report, parameters that were set, and how it ended. A thread of
-the main process reads that pipe, so neither process delays the other. The assignment after a restart has the parameters
-that were set at run time.
+`WorkerProcess` starts a `Child`: a new interpreter with `python -m busflow.processes.worker NAME`, which reads on
+standard input which launch file and which of its nodes to run (`Assignment`). That pipe stays open until the main
+process ends; then the child ends too (`worker`). On another pipe the child sends its log, its report, parameters that
+were set, and how it ended. A thread of the main process reads that pipe, so neither process delays the other. The
+assignment after a restart has the parameters that were set at run time.
 
 Each process mirrors its bus as any run does. Before its nodes start, each passes the barrier: it shows a token that
 says how many tokens its nodes have, and declares a link to every other process of which it has seen all tokens. Once

@@ -8,12 +8,14 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 from busflow.bus.failure import is_failure
 from busflow.errors import InvalidParameter, ProcessFailed
 from busflow.node.factory import NodeFactory, rebuild
 from busflow.node.parameter_store import ParameterStore
+from busflow.runner.source import Source
 from busflow.text import printable
 from busflow.validation.faults import plain
 from busflow.wire.zenoh.run_directory import RunCard
@@ -63,8 +65,8 @@ class Assignment:
     """True if the run prints a failure that ends the process at its own end; then the log does not print it too."""
     path: tuple[str, ...]
     """Module search path (`sys.path`) of the main process."""
-    args: Mapping[str, object]
-    """Arguments of the launch file that a program gave; those of a command line are not here."""
+    source: Source
+    """What every process of the run reads."""
     memory: Memory
     """Parameters and restarts of its nodes, from before the process restarted."""
     event_loop: str
@@ -89,11 +91,16 @@ class Assignment:
             values: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
             memory = values["memory"] | {"stopped": tuple(values["memory"]["stopped"])}
             card = values["card"] | {"ros2_addresses": tuple(values["card"]["ros2_addresses"])}
-            values |= {"card": RunCard(**card), "memory": Memory(**memory)}
+            stated = values["source"]
+            folder = stated["folder"] and Path(stated["folder"])
+            stated |= {key: tuple(stated[key]) for key in ("assignments", "sets", "profiles", "remaps")}
+            source = Source(**stated | {"file": Path(stated["file"]), "folder": folder})
+            values |= {"card": RunCard(**card), "memory": Memory(**memory), "source": source}
             values |= {key: tuple(values[key]) for key in ("earlier", "nodes", "others", "path", "ros2_dials")}
             return cls(**values)
         except (ValueError, TypeError, LookupError):
-            raise ProcessFailed("--process is for busflow run, to start its own processes; leave it out") from None
+            text = "this module is for busflow run, which starts the processes of a launch file with it"
+            raise ProcessFailed(f"{text}: use busflow run FILE") from None
 
 
 @dataclass(frozen=True, slots=True)

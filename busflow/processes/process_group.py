@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from busflow.recording.recorder.snapshot_share import SnapshotShare
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report
+    from busflow.runner.source import Source
     from busflow.wire.mirror.barrier import Barrier
 
 
@@ -51,9 +52,8 @@ class ProcessGroup(Extension):
         placement: Placement,
         *,
         name: str,
-        arguments: Sequence[str],
+        source: Source,
         outer: Mapping[str, str],
-        args: Mapping[str, object] | None = None,
         network: NetworkSpec | None = None,
         record: RecordSpec | None = None,
         event_loop: str = "busflow",
@@ -64,9 +64,8 @@ class ProcessGroup(Extension):
             graph: the graph of the main process, planned with the nodes of all processes.
             placement: the process of each node.
             name: the run's name for other terminals.
-            arguments: the arguments of the `busflow` command that starts a worker process.
+            source: the launch file, which each process reads.
             outer: the environment without the launch file's variables.
-            args: the launch file's arguments that a program gave; those of a command line are in `arguments`.
             network: the machines of the run, if there are several.
             record: the recording of the launch file, of which each process writes its share.
             event_loop: the name of the event loop in each process.
@@ -75,7 +74,7 @@ class ProcessGroup(Extension):
             LaunchError: the graph cannot run in these processes; the error lists every problem.
             RecordingRefused, InvalidName: the recording cannot be made as requested.
         """
-        self._graph, self._name, self._outer, self._args = graph, name, outer, dict(args or {})
+        self._graph, self._name, self._outer, self._source = graph, name, outer, source.absolute()
         self._event_loop, self._log = event_loop, graph.log.bind("busflow")
         plan = graph.plan()
         plan.problems += crossing_problems(plan, placement)
@@ -88,8 +87,7 @@ class ProcessGroup(Extension):
         self._main = placement.main
         self._machines = Machines(network, placement.machine, self._log, self.seconds) if network else None
         self.workers: list[WorkerProcess] = [
-            self._worker(placement, process, f"{number}.sock", arguments)
-            for number, process in enumerate(placement.others, 1)
+            self._worker(placement, process, f"{number}.sock") for number, process in enumerate(placement.others, 1)
         ]
         self._by_name = {worker.name: worker for worker in self.workers}
         self._recording_failures: list[str] = []  # of a recording with `on_drop: fail`
@@ -175,12 +173,11 @@ class ProcessGroup(Extension):
         self._graph.attach(recording)
         return recording
 
-    def _worker(self, placement: Placement, process: str, socket: str, arguments: Sequence[str]) -> WorkerProcess:
+    def _worker(self, placement: Placement, process: str, socket: str) -> WorkerProcess:
         return WorkerProcess(
             placement.specs[process],
             placement.nodes[process],
             socket,
-            arguments=arguments,
             environment=os.environ,
             owner=self,
             log=self._log,
@@ -371,7 +368,7 @@ class ProcessGroup(Extension):
             prints_failures=self._graph.prints_failures and worker.policy.when is Restart.NEVER,
             path=tuple(sys.path),
             memory=worker.memory,
-            args=self._args,
+            source=self._source,
             event_loop=self._event_loop,
             timeouts=timeouts.current.changed(),
             record=self._share_data(worker.name),

@@ -1,4 +1,4 @@
-"""Worker: runs the nodes of a process that the main process has started."""
+"""Worker: a process that the main process has started, as `python -m busflow.processes.worker NAME PIPE`."""
 
 from __future__ import annotations
 
@@ -16,18 +16,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
-from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
+from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed, ProcessFailed
 from busflow.processes.assignment import Assignment, report_changes
 from busflow.processes.pipe import PipeWriter
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
+from busflow.runner.leaving import leave
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.run import run_graph
 from busflow.wire.mirror.membership import Membership
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from busflow.launchfile.model.description import LaunchDescription
     from busflow.recording.recorder.snapshot_share import SnapshotShare
     from busflow.wire.zenoh.network import Network
@@ -37,26 +36,26 @@ _REPORT_S = 0.5
 """Time between reports to the main process; so the last report of a killed process is at most this old."""
 
 
-def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: int | None) -> ExitCode:
-    """Run the nodes of the assignment on standard input, until they end, or the main process ends them or ends itself.
+def main(assignment: Assignment, pipe: int) -> ExitCode:
+    """Run the nodes of an assignment until they end, or the main process ends them or ends itself.
 
-    Raises:
-        ProcessFailed: there is no assignment.
+    Args:
+        assignment: the first line of standard input, where the main process's commands follow.
+        pipe: the number of the pipe to the main process.
     """
-    assignment = Assignment.read(sys.stdin if pipe is not None else None)
     main_pipe = os.dup(0)
     # A process that a node starts must not read from the pipe, nor keep it open.
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     commands = _Commands(main_pipe)
     _adopt_settings(assignment)
-    writer = PipeWriter(pipe or 0)
+    writer = PipeWriter(pipe)
     failures: list[str] = []
     graph: Graph | None = None
     code = ExitCode.FAILED
     try:
         _set_environment(assignment.outer)
-        description = describe(assignment.args)
-        _set_environment(assignment.env)
+        description = _description(assignment)
+        _set_environment({**description.environment, **assignment.env})
         graph = _graph(description, assignment, writer, commands)
         _set_niceness(graph, assignment.nice)
         code = run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))
@@ -70,6 +69,18 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
         writer.send(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
         writer.close()
     return code
+
+
+def _description(assignment: Assignment) -> LaunchDescription:
+    """Read what the main process has read.
+
+    Raises:
+        LaunchError: it has changed since, and has problems now.
+    """
+    description, problems = assignment.source.read()
+    if description is None or problems:
+        raise LaunchError(problems)
+    return description
 
 
 class _Commands:
@@ -246,3 +257,12 @@ def _report_data(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:
     """Return the report so far; its number of lost log lines includes those that the writer lost."""
     report = graph.report().as_json()
     return report | {"log_lines_lost": report["log_lines_lost"] + writer.lost}
+
+
+if __name__ == "__main__":
+    try:
+        code = main(Assignment.read(sys.stdin), int(sys.argv[-1]))
+    except ProcessFailed as error:
+        sys.exit(f"error: {error}")
+    leave(code)
+    sys.exit(code)

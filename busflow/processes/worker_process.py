@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import signal
+import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -17,7 +18,7 @@ from busflow import timeouts
 from busflow.errors import ExitCode
 from busflow.node.supervision import Backoff, Restart
 from busflow.processes.assignment import Memory
-from busflow.processes.child import Child, busflow_command, busflow_environment
+from busflow.processes.child import Child, busflow_environment
 from busflow.processes.pipe import record_of
 from busflow.runner.signals import CODES, signal_name
 from busflow.runner.supervisor import NodeState
@@ -113,7 +114,6 @@ class WorkerProcess:
         nodes: Sequence[str],
         socket: str,
         *,
-        arguments: Sequence[str],
         environment: Mapping[str, str],
         owner: WorkerOwner,
         log: Logger,
@@ -131,7 +131,7 @@ class WorkerProcess:
         self.child: Child | None = None
         self.spec = spec
         self._owner, self._log = owner, log
-        self._command = busflow_command([*arguments, "--process", spec.name])
+        self._command = [sys.executable, "-P", "-m", "busflow.processes.worker", spec.name]
         self._environment = busflow_environment({**environment, **spec.env})
         self._end: dict[str, Any] = {}
         """The end that the process reported: `exit_code`, `failures`, `finished`; empty if it reported none."""

@@ -60,7 +60,7 @@ def test_ctrl_c_ends_every_process_in_order(start, have_ended):
 def each_process_is_a_new_interpreter_and_no_fork(run):
     for process, pid in run.pids().items():
         command = Path(f"/proc/{pid}/cmdline").read_text().split("\0")
-        assert command[command.index("--process") + 1] == process
+        assert command[command.index("busflow.processes.worker") + 1] == process
         assert Path(f"/proc/{pid}/exe").samefile(f"/proc/{run.process.pid}/exe")
         assert os.getpgid(pid) == pid
 
@@ -223,7 +223,6 @@ def all_is_one_graph():
     [
         (["--trace", "trace.txt"], "--trace: a trace works only in one process; add --one-process"),
         (["--no-inspect"], "--no-inspect: the processes of a run inspect each other; add --one-process"),
-        (["--process", "left"], "--process is for busflow run, to start its own processes; leave it out"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )

@@ -12,6 +12,7 @@ from busflow.errors import ExitCode
 from busflow.processes.assignment import Assignment, Memory
 from busflow.processes.child import Child
 from busflow.runner.garbage import THRESHOLDS
+from busflow.runner.source import Source
 from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
 from tests.processes.conftest import NODES
 
@@ -60,7 +61,7 @@ def assignment(directory: RunDirectory, **changes: Any) -> Assignment:
         "process": "left", "socket": "1.sock", "earlier": ("main.sock",), "directory": str(directory.path),
         "card": card, "nodes": ("/own",), "others": (), "seed": 1, "log_level": "info",
         "ros2_listens": "", "ros2_dials": (), "restarts": 0, "nice": 0, "env": {}, "outer": {},
-        "watchdog_s": None, "prints_failures": False, "path": tuple(sys.path), "args": {}, "memory": Memory(),
+        "watchdog_s": None, "prints_failures": False, "path": tuple(sys.path), "memory": Memory(),
         "event_loop": "busflow", "timeouts": {},
     }  # fmt: skip
     return Assignment(**whole | changes)
@@ -71,9 +72,9 @@ async def worked(folder: Any, then: str, *orders: bytes, act: Any = None, **chan
     (folder / "run.yaml").write_text(LAUNCH.replace("NODES", str(NODES)).replace("THEN", then))
     messages = Messages()
     with closing(RunDirectory.claim("worker")) as directory:
-        line = assignment(directory, path=(str(folder), *sys.path), **changes).line()
-        words = ("-m", "busflow", "run", str(folder / "run.yaml"), "--process", "left", "--voice")
-        command = (sys.executable, "-P", *words)
+        source = Source(folder / "run.yaml")
+        line = assignment(directory, source=source, path=(str(folder), *sys.path), **changes).line()
+        command = (sys.executable, "-P", "-m", "busflow.processes.worker", "left")
         async with asyncio.timeout(PATIENCE_S):
             child = Child(command, {**os.environ, "GONE": "1"}, lambda: line, messages)
             try:

@@ -1,11 +1,14 @@
 """The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
 
-Tests of `host.py`, `lives.py`, `running_lines.py`, `sources.py`, `standard_error.py` and `supervisors.py`.
+Tests of `host.py`, `leaving.py`, `lives.py`, `running_lines.py`, `source.py`, `sources.py`, `standard_error.py` and
+`supervisors.py`.
 """
 
 import os
+import subprocess
 import sys
 import threading
+from pathlib import Path
 
 from busflow import Graph, Node
 from busflow.clock import SimClock
@@ -14,6 +17,7 @@ from busflow.msgs.std_msgs import Int64
 from busflow.node.supervision import Supervised, Supervision
 from busflow.runner import standard_error
 from busflow.runner.running_lines import is_own, running_lines
+from busflow.runner.source import Source
 from busflow.runner.sources import made_by_hand
 from busflow.testing import virtual_time
 
@@ -45,6 +49,22 @@ async def test_node_is_found_by_name_or_class(golden):
             graph.node(Plain)
         with golden.raises(NotRunning):
             graph.node("on")
+
+
+def test_source_is_read_alike_in_another_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("empty.yaml").write_text("name: lab\n")
+    source = Source(Path("empty.yaml"), sets=("name=other",)).absolute()
+    monkeypatch.chdir("/")
+    description, problems = source.read()
+    assert description is not None
+    assert (description.name, [each.code for each in problems]) == ("other", ["no-nodes"])
+
+
+def test_thread_that_hangs_does_not_delay_the_end():
+    code = "import threading; from busflow.runner.leaving import leave; "
+    code += "threading.Thread(target=threading.Event().wait).start(); leave(7)"
+    assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 7
 
 
 @virtual_time

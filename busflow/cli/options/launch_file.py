@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ import click
 
 from busflow.cli.options.completers import complete_arguments, complete_paths, complete_plugins
 from busflow.errors import LaunchError, Problem
+from busflow.runner.source import Source
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
 
@@ -34,22 +34,18 @@ _OTHER_KINDS = {
 _NUMBER = re.compile(r"[0-9]{1,20}(\.[0-9]{0,20})?")
 
 
-@dataclass(frozen=True, slots=True)
-class LaunchSource:
-    """A launch file and the overrides of the command line."""
+class LaunchSource(Source):
+    """The launch file of a command line with its overrides, or the plugin in its place."""
 
-    file: Path
-    assignments: tuple[str, ...]
-    sets: tuple[str, ...]
-    profiles: tuple[str, ...] = ()
+    __slots__ = ()
 
-    def description(self, args: Mapping[str, object] | None = None) -> LaunchDescription:
-        """Return the file's description; `args` are arguments that the command line does not give.
+    def description(self) -> LaunchDescription:
+        """Return the file's description.
 
         Raises:
             LaunchError: The file has problems; the error has all of them.
         """
-        description, problems = self.examine(args)
+        description, problems = self.examine()
         if description is None:
             raise LaunchError(problems)
         if problems:
@@ -60,37 +56,17 @@ class LaunchSource:
             raise LaunchError(in_order([*problems, *Graph([description]).plan().errors], files))
         return description
 
-    def examine(self, args: Mapping[str, object] | None = None) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+    def examine(self) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
         """Return the description of the file's valid part, and all problems.
 
         The environment variables that the file sets stay set until the command ends.
         """
-        description, problems = self.read(args=args)
+        description, problems = self.read()
         if description is not None:
             before = {name: os.environ.get(name) for name in description.environment}
             os.environ.update(description.environment)
             click.get_current_context().call_on_close(lambda: _restore(before))
         return description, problems
-
-    def arguments(self) -> list[str]:
-        """Return the command-line arguments that give another process the same file and overrides."""
-        stated = [*(f"--set={each}" for each in self.sets), *(f"--profile={each}" for each in self.profiles)]
-        return [str(self.file.absolute()), *self.assignments, *stated]
-
-    def read(
-        self, environment: Mapping[str, str] | None = None, args: Mapping[str, object] | None = None
-    ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
-        """Read the file in this environment; return the description of its valid part, and all problems."""
-        from busflow.launchfile.load.load import examine
-
-        return examine(
-            self.file,
-            args=args,
-            assignments=self.assignments,
-            sets=self.sets,
-            profiles=self.profiles,
-            environment=environment,
-        )
 
     def plan(self) -> tuple[LaunchDescription, Plan]:
         """Return the file's description and the plan of its nodes, built and checked.
@@ -125,45 +101,6 @@ def _restore(before: Mapping[str, str | None]) -> None:
         os.environ.pop(name, None)
         if value is not None:
             os.environ[name] = value
-
-
-@dataclass(frozen=True, slots=True)
-class SingleNode(LaunchSource):
-    """One node in place of a launch file: a plugin with parameters and remaps from the command line."""
-
-    plugin: str = ""
-    node: str | None = None
-    """Its name; that of its class where none is given."""
-    folder: Path | None = None
-    remaps: tuple[str, ...] = ()
-
-    def arguments(self) -> list[str]:
-        """Return the command-line arguments that give another process the same node."""
-        stated = [f"--plugin={self.plugin}", *([f"--node={self.node}"] if self.node else [])]
-        stated += [f"--folder={self.folder.absolute()}"] if self.folder else []
-        stated += [f"--remap={each}" for each in self.remaps] + [f"--set={each}" for each in self.sets]
-        return [*stated, *self.assignments]
-
-    def read(
-        self,
-        environment: Mapping[str, str] | None = None,  # noqa: ARG002  # as LaunchSource; a node alone reads no variables
-        args: Mapping[str, object] | None = None,  # noqa: ARG002  # as LaunchSource; it has parameters only
-    ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
-        """Return the description of a graph of the node, and all problems."""
-        from busflow.launchfile.load.single_node import examine_single_node
-        from busflow.node.node import default_name
-        from busflow.node.plugins import load
-
-        beside = Path("plugins")
-        folders = [self.folder] if self.folder else [beside] if beside.is_dir() else []
-        return examine_single_node(
-            self.plugin,
-            self.node or default_name(load(self.plugin, tuple(folders))),
-            folders=folders,
-            parameters=self.assignments,
-            remaps=self.remaps,
-            sets=self.sets,
-        )
 
 
 _CHANGES = (
@@ -212,7 +149,7 @@ def _single_node(
     node: str | None,
     folder: Path | None,
     remaps: tuple[str, ...],
-) -> SingleNode | None:
+) -> LaunchSource | None:
     """Return the node that the command line states instead of a launch file; None if it names a file."""
     context = click.get_current_context()
     if plugin is None:
@@ -228,7 +165,7 @@ def _single_node(
         raise click.UsageError(f"name a launch file, or a plugin with --plugin: not both {printable(file)}", context)
     if profiles:
         raise click.UsageError("--profile is for FILE: a node alone has no profiles", context)
-    return SingleNode(Path(), parameters, sets, (), plugin, node, folder, remaps)
+    return LaunchSource(Path(), parameters, sets, plugin=plugin, node=node, folder=folder, remaps=remaps)
 
 
 def launch_file(

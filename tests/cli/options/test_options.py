@@ -56,12 +56,6 @@ class TestLaunchFile:
     def source(self, *assignments: str, sets: tuple[str, ...] = ()) -> LaunchSource:
         return LaunchSource(Path("talk.yaml"), assignments, sets)
 
-    def test_arguments_give_another_process_the_same(self):
-        source = LaunchSource(Path("talk.yaml"), ("rate_hz:=5",), ("name=other",), ("fast",))
-        file, *rest = source.arguments()
-        assert Path(file).is_absolute()
-        assert rest == ["rate_hz:=5", "--set=name=other", "--profile=fast"]
-
     def test_overrides_are_in_the_description(self):
         with click.Context(click.Command("run")):
             assert self.source(sets=("name=other",)).description().name == "other"
