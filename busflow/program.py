@@ -22,7 +22,6 @@ from busflow.errors import (
     ProgramFailed,
     Stray,
 )
-from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import console_sink
@@ -31,6 +30,7 @@ from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import LoopName, chosen_loop
 from busflow.runner.loops.system import LoopFactory
+from busflow.runner.planning.machine import on_machine
 from busflow.runner.run import run_graph
 from busflow.runner.source import Source
 from busflow.runner.sources import What, described, is_simulated

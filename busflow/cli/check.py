@@ -110,7 +110,7 @@ def _problems(source: LaunchSource, machine: str | None, *, strict: bool) -> lis
             found += about_machines
         plan = Graph([description], strict=strict).plan()
         if description.interfaces:
-            from busflow.launchfile.check.definitions import definition_problems
+            from busflow.runner.planning.definitions import definition_problems
 
             found += definition_problems(description, plan.nodes)
         found += [*plan.problems, *(expectation_problems(description, plan.nodes) if plan.is_whole else ())]
@@ -131,9 +131,9 @@ def _as_seen(description: LaunchDescription, machine: str | None) -> tuple[Launc
     is missing here is only a warning, as it may be on its own machine.
     """
     from busflow.clock import SystemClock
-    from busflow.launchfile.check.credentials import credential_problems
-    from busflow.launchfile.check.machine import on_machine
     from busflow.launchfile.model.placement import MAIN
+    from busflow.runner.planning.credentials import credential_problems
+    from busflow.runner.planning.machine import on_machine
 
     if machine is not None:
         try:

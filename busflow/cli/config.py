@@ -21,7 +21,8 @@ def config(source: LaunchSource, as_json: bool) -> None:
     Parameters without a value are shown with the default of their plugin.
     """
     from busflow.cli.terminal.output import print_answer
-    from busflow.launchfile.check.resolved import lines, origins, resolve
+    from busflow.launchfile.yaml.block import lines, origins
+    from busflow.runner.planning.resolved import resolve
 
     resolved = resolve(source.description())
     if as_json:

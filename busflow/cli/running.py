@@ -17,7 +17,6 @@ from busflow.cli.terminal.output import colour, json_text, outcome_printed, prin
 from busflow.cli.terminal.run_summary import print_summary
 from busflow.dds import attach_bridge
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, ProgramFailed, Stray
-from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import ClockMode, LaunchDescription, RecordSpec
 from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.launchfile.model.ros2 import Ros2Spec
@@ -27,6 +26,7 @@ from busflow.ros2 import attach_successor, ros2_network
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.loops.system import LoopFactory
+from busflow.runner.planning.machine import on_machine
 from busflow.runner.run import run_graph
 from busflow.runner.sources import is_simulated
 

@@ -22,12 +22,12 @@ from busflow.wire.zenoh.run_directory import RunCard
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
-    from busflow.launchfile.check.planned_node import PlannedNode
-    from busflow.launchfile.check.preflight import Plan
     from busflow.log import Log
     from busflow.node.endpoints import Attached
     from busflow.node.parameter_store import SetResult
     from busflow.node.parameters import Parameters
+    from busflow.runner.planning.planned_node import PlannedNode
+    from busflow.runner.planning.preflight import Plan
 
 _MOST_CHARACTERS = 1 << 24
 

@@ -14,8 +14,8 @@ from busflow.launchfile.model.problems import problem_at
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint, ServiceEndpoint
-    from busflow.launchfile.check.planned_node import PlannedNode
-    from busflow.launchfile.check.preflight import Plan
+    from busflow.runner.planning.planned_node import PlannedNode
+    from busflow.runner.planning.preflight import Plan
 
 
 def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:

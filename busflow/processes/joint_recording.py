@@ -22,11 +22,11 @@ from busflow.runner.service_events import SUFFIX
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.preflight import Plan
     from busflow.launchfile.model.description import OnDrop, RecordSpec
     from busflow.launchfile.model.placement import Placement
     from busflow.log import Logger
     from busflow.recording.recorder.share import Share
+    from busflow.runner.planning.preflight import Plan
     from busflow.runner.report import Report
 
 _SUFFIX = ".mcap"

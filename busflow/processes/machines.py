@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import busflow
 from busflow import timeouts
-from busflow.launchfile.check.credentials import credentials_of
 from busflow.launchfile.model.placement import MAIN, machine_of, process_name
+from busflow.runner.planning.credentials import credentials_of
 from busflow.text import printable
 from busflow.validation.versions import work_together
 from busflow.wire.machines.probe import why_not_linked

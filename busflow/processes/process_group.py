@@ -30,7 +30,6 @@ from busflow.wire.zenoh.run_directory import RunDirectory
 from busflow.wire.zenoh.session import SOCKET, require_unix_sockets
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.preflight import Plan
     from busflow.launchfile.model.description import RecordSpec
     from busflow.launchfile.model.network import NetworkSpec
     from busflow.log import LogRecord
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from busflow.processes.joint_snapshots import JointSnapshots
     from busflow.recording.recorder.snapshot_share import SnapshotShare
     from busflow.runner.graph import Graph
+    from busflow.runner.planning.preflight import Plan
     from busflow.runner.report import Report
     from busflow.runner.source import Source
     from busflow.wire.mirror.barrier import Barrier

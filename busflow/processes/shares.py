@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from busflow.recording.recorder.share import Share
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.preflight import Plan
     from busflow.launchfile.model.description import RecordSpec
     from busflow.launchfile.model.placement import Placement
+    from busflow.runner.planning.preflight import Plan
 
 _UNFIT = re.compile(r"[^\w.-]+")
 

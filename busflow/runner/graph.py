@@ -31,8 +31,6 @@ from busflow.errors import (
     StopTimeout,
 )
 from busflow.interfaces.message import Message
-from busflow.launchfile.check.planned_node import PlannedNode
-from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.problems import log_problems
 from busflow.log import Log, Sink
@@ -42,6 +40,8 @@ from busflow.runner.extension import Extension
 from busflow.runner.host import Outside
 from busflow.runner.lives import Lives
 from busflow.runner.orphan_tasks import OrphanTasks
+from busflow.runner.planning.planned_node import PlannedNode
+from busflow.runner.planning.preflight import Plan, Preflight
 from busflow.runner.report import Report, SnapshotReport, service_reports, topic_reports
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from busflow.errors import InvalidParameter, Problem, Severity
-from busflow.launchfile.check.planned_node import PlannedNode
-from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.problems import log_problems
 from busflow.node.parameters import Parameters, describe, value_of
 from busflow.runner.extension import Extension
+from busflow.runner.planning.planned_node import PlannedNode
+from busflow.runner.planning.preflight import Plan, Preflight
 from busflow.validation.faults import same
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from busflow.node.supervision import Backoff, Condition, OnExit, Restart, Superv
 from busflow.runner.report import NodeReport
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.planned_node import PlannedNode
+    from busflow.runner.planning.planned_node import PlannedNode
 
 
 class NodeState(StrEnum):

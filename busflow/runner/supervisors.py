@@ -15,8 +15,8 @@ from busflow.runner.supervisor import Overseer, Prerequisite, Supervisor
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.runner.extension import Extension
+    from busflow.runner.planning.planned_node import PlannedNode
 
 
 def supervisors_of(

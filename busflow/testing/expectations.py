@@ -15,8 +15,6 @@ from busflow.bus.subscription import Subscription
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import Deadlock, Fault, KeyPath, NodeFailed, Problem, Stray
 from busflow.interfaces.message import Message, type_name
-from busflow.launchfile.check.endpoints import NO_TOPICS
-from busflow.launchfile.check.preflight import PlannedNode
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.keys import ExpectKeys, TopicExpectationKeys
 from busflow.launchfile.model.problems import problems
@@ -25,6 +23,8 @@ from busflow.log import LogRecord
 from busflow.msgs.std_msgs import Header
 from busflow.runner.graph import Graph
 from busflow.runner.loops.virtual_test import run_virtual
+from busflow.runner.planning.endpoints import NO_TOPICS
+from busflow.runner.planning.preflight import PlannedNode
 from busflow.runner.report import SnapshotReport
 from busflow.runner.simulation import simulated_graph
 from busflow.text import counted, did_you_mean

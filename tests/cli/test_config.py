@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.cli import main
-from busflow.launchfile.check.resolved import lines
 from busflow.launchfile.load.load import load
+from busflow.launchfile.yaml.block import lines
 from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from tests.cli.conftest import Shell
 

@@ -7,9 +7,10 @@ import math
 import pytest
 
 from busflow.bus.qos import TRANSIENT_LOCAL
-from busflow.launchfile.check.resolved import resolve, text_of
 from busflow.launchfile.load.load import load
+from busflow.launchfile.yaml.block import text_of
 from busflow.msgs.tf2_msgs import TFMessage
+from busflow.runner.planning.resolved import resolve
 from busflow.testing import harness, virtual_time
 
 LAB = """\

@@ -41,8 +41,9 @@ def complete_arguments(context: click.Context, incomplete: str) -> Iterator[tupl
 @completer
 def complete_paths(context: click.Context, _incomplete: str) -> Iterator[tuple[str, str]]:
     """Yield the path of each value of the launch file on the command line, with the origin of the value."""
-    from busflow.launchfile.check.resolved import origins, resolve
     from busflow.launchfile.load.load import load
+    from busflow.launchfile.yaml.block import origins
+    from busflow.runner.planning.resolved import resolve
 
     file, assignments = context.params.get("file"), context.params.get("assignments")
     if file is None:  # where an option is unfinished, click has not looked at the arguments

@@ -18,8 +18,8 @@ from busflow.text import printable
 from busflow.validation.durations import parse_duration
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.preflight import Plan
     from busflow.launchfile.model.description import LaunchDescription
+    from busflow.runner.planning.preflight import Plan
 
     _ParamType = click.ParamType[float | None]
 else:

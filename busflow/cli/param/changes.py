@@ -20,9 +20,9 @@ from busflow.errors import ExitCode, NoSuchTarget, Problem
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.drift import Drift
     from busflow.launchfile.yaml.file_edit import LaunchFileEdit
     from busflow.launchfile.yaml.value import Value
+    from busflow.runner.planning.drift import Drift
     from busflow.wire.client.client import Peer
 
 _POLL_S = 0.2
@@ -198,8 +198,8 @@ def saved_parameters(peer: Peer, nodes: Sequence[str]) -> LaunchFileEdit:
 
 def _edit(file: Path, found: Sequence[Drift]) -> LaunchFileEdit:
     """Return the edit that writes these values into a launch file."""
-    from busflow.launchfile.check.drift import written_back
     from busflow.launchfile.yaml.file_edit import LaunchFileEdit
+    from busflow.runner.planning.drift import written_back
 
     return LaunchFileEdit.of(file, lambda text: written_back(text, file, found))
 
@@ -238,8 +238,8 @@ def _value(text: str) -> object:
 
 
 def _drifts(peer: Peer, node: str, file: Path) -> tuple[Drift, ...]:
-    from busflow.launchfile.check.drift import drifts
     from busflow.launchfile.load.load import load as load_file
+    from busflow.runner.planning.drift import drifts
 
     values = {row["name"]: row["value"] for row in parameters_of(peer, node)}
     for spec in load_file(file).nodes:

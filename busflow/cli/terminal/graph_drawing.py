@@ -10,7 +10,7 @@ from busflow.cli.terminal.table import Column, bare, table_lines
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.planned_node import PlannedNode
+    from busflow.runner.planning.planned_node import PlannedNode
     from busflow.wire.client.graph_view import EndView, GraphView, NodeView
 
 _EVERY_NODES_TOPICS = ("/rosout", "/parameter_events")

@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import busflow
-from busflow.launchfile.check.resolved import resolve, text_of
+from busflow.launchfile.yaml.block import text_of
 from busflow.launchfile.yaml.value import Value
 from busflow.recording.bag.facts import FACTS, LATER_PUBLISHERS, LAUNCH_FILE, LEDGER, NONE_LATER
+from busflow.runner.planning.resolved import resolve
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, cast
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.names import absolute_name
 from busflow.errors import BagError, PluginError
-from busflow.launchfile.check.preflight import PlannedNode, Preflight
 from busflow.launchfile.model.description import ClockSpec, LaunchDescription, NodeSpec
 from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.node import plugins
 from busflow.node.factory import NodeFactory
 from busflow.node.node import Node, parameters_class
 from busflow.node.parameters import ParameterInfo, describe, grouped, value_of
+from busflow.runner.planning.preflight import PlannedNode, Preflight
 from busflow.runner.sources import What, described
 from busflow.text import did_you_mean
 

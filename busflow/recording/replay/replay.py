@@ -13,7 +13,6 @@ from busflow import timeouts
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import BagError, IncompleteRecording, LaunchError, NotRunning, ReplayDiffers
 from busflow.interfaces.message import Message
-from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.log import Log, LogRecord
 from busflow.recording.bag.bag import Bag
 from busflow.recording.recorder.recorder import record_graph
@@ -26,6 +25,7 @@ from busflow.recording.tools.message_diff import Comparison
 from busflow.runner.graph import Graph
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.loops.virtual_test import run_virtual
+from busflow.runner.planning.planned_node import PlannedNode
 from busflow.runner.service_events import SUFFIX
 from busflow.runner.sources import What
 from busflow.text import counted

@@ -9,12 +9,12 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from busflow import timeouts
-from busflow.launchfile.check.credentials import EXPIRED, OTHER_HOST, TOO_EARLY, common_name
 from busflow.launchfile.model.network import TLS
+from busflow.runner.planning.credentials import EXPIRED, OTHER_HOST, TOO_EARLY, common_name
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.credentials import Credentials
     from busflow.launchfile.model.network import NetworkAddress
+    from busflow.runner.planning.credentials import Credentials
 
 _ALERTS = {
     "UNKNOWN_CA": "it does not trust our certificate, which another authority than its own has made",

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, NotAllowed, Severity
-from busflow.launchfile.check.credentials import Credentials, credential_faults
 from busflow.launchfile.load.load import examine
 from busflow.launchfile.model.network import TLS, NetworkAddress, NetworkSpec, Role
+from busflow.runner.planning.credentials import Credentials, credential_faults
 from busflow.text import did_you_mean, printable
 from busflow.wire.machines.probe import why_not_linked
 from busflow.wire.zenoh.network import Network

@@ -12,8 +12,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from busflow.launchfile.check.credentials import Credentials, credentials_of
 from busflow.launchfile.model.network import TCP, TLS, NetworkAddress, NetworkSpec, Role
+from busflow.runner.planning.credentials import Credentials, credentials_of
 from busflow.wire.zenoh.access import UNIX, AccessRules
 from busflow.wire.zenoh.keys import DOMAIN
 

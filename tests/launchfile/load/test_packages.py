@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from busflow.errors import LaunchError
-from busflow.launchfile.check.resolved import resolve, text_of
 from busflow.launchfile.load.load import load
+from busflow.launchfile.yaml.block import text_of
+from busflow.runner.planning.resolved import resolve
 
 NODES = "nodes: {player: {plugin: player}}\n"
 

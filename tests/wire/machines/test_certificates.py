@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from busflow.errors import CertificateError
-from busflow.launchfile.check.credentials import Credentials, common_name
+from busflow.runner.planning.credentials import Credentials, common_name
 from busflow.wire.machines.certificates import Authority
 
 

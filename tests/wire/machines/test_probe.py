@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from busflow.launchfile.check.credentials import Credentials
 from busflow.launchfile.model.network import TCP, TLS, NetworkAddress
 from busflow.launchfile.yaml.value import Origin, StatedBy
+from busflow.runner.planning.credentials import Credentials
 from busflow.wire.machines import certificates
 from busflow.wire.machines.certificates import Authority
 from busflow.wire.machines.probe import why_not_linked

@@ -3,9 +3,12 @@
 import pytest
 
 from busflow.clock import SystemClock
-from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.load.load import load
 from busflow.log import Log
+from busflow.runner.planning.preflight import Plan, Preflight
+from tests.launch_folder import folder, machines
+
+__all__ = ["check", "folder", "machines"]
 
 PLUGINS = {
     "talker": """

@@ -13,7 +13,7 @@ from busflow.node.supervision import Condition, Restart, cycle
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.planned_node import PlannedNode
+    from busflow.runner.planning.planned_node import PlannedNode
 
 
 def supervision_problems(nodes: Sequence[PlannedNode], programs: Sequence[ProgramSpec] = ()) -> Iterator[Problem]:

@@ -6,12 +6,12 @@ import pytest
 from busflow import DEFAULT, Node, QoS, Reliability, publisher, service, subscription
 from busflow.clock import SystemClock
 from busflow.errors import Severity
-from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.load.load import examine
 from busflow.log import Log
 from busflow.msgs.std_msgs import Float64, String
 from busflow.msgs.std_srvs import Trigger
 from busflow.node.supervision import Supervision
+from busflow.runner.planning.preflight import Plan, Preflight
 
 
 def rendered(plan: Plan) -> str:

@@ -16,10 +16,6 @@ from typing import TYPE_CHECKING, TypeVar, cast
 from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.qos import QoS
 from busflow.errors import BusflowError, InvalidParameter, LaunchError, Place, PluginError, Problem, Severity
-from busflow.launchfile.check.endpoints import conflicts, unmatched_ends, unused_entries
-from busflow.launchfile.check.planned_node import PlannedNode
-from busflow.launchfile.check.programs import program_problems
-from busflow.launchfile.check.supervision import supervision_problems
 from busflow.launchfile.model.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.model.placement import for_machine, unused_places
@@ -31,6 +27,10 @@ from busflow.node.factory import NodeFactory
 from busflow.node.node import NO_INIT, Node
 from busflow.node.parameter_store import ValueSource
 from busflow.node.supervision import Supervision
+from busflow.runner.planning.endpoints import conflicts, unmatched_ends, unused_entries
+from busflow.runner.planning.planned_node import PlannedNode
+from busflow.runner.planning.programs import program_problems
+from busflow.runner.planning.supervision import supervision_problems
 from busflow.validation.tracebacks import user_line
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ import math
 import pytest
 
 from busflow.errors import InvalidParameter, LaunchError
-from busflow.launchfile.check.drift import drifts, written_back
 from busflow.launchfile.load.load import load
 from busflow.node.node import runtime_of
+from busflow.runner.planning.drift import drifts, written_back
 from busflow.testing import harness, virtual_time
 
 PLUGIN = """

@@ -13,8 +13,8 @@ from busflow.validation.tracebacks import line
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint, ServiceEndpoint
     from busflow.errors import Place
-    from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.launchfile.model.description import EndpointSpec, TopicSpec
+    from busflow.runner.planning.planned_node import PlannedNode
 
 
 @dataclass(frozen=True, slots=True)

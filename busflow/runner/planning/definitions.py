@@ -14,8 +14,8 @@ from busflow.interfaces.action import written_type
 from busflow.interfaces.encoding.description import IndividualDescription, types_in
 from busflow.interfaces.encoding.typesupport import describe
 from busflow.interfaces.message import Message, ServiceType, is_ros_type
-from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.model.description import LaunchDescription
+from busflow.runner.planning.planned_node import PlannedNode
 
 
 def definition_problems(description: LaunchDescription, nodes: Sequence[PlannedNode]) -> list[Problem]:

@@ -1,7 +1,4 @@
-"""Tests of `credentials.py`, `endpoints.py`, `machine.py`, `planned_node.py`, `resolved.py` and `supervision.py`.
-
-Those of `definitions.py` are in `tests/cli/interface/test_interface.py`.
-"""
+"""Tests of `credentials.py`, `endpoints.py`, `machine.py`, `planned_node.py`, `resolved.py` and `supervision.py`."""
 
 from pathlib import Path
 
@@ -9,12 +6,13 @@ import pytest
 
 from busflow.clock import SystemClock, Time
 from busflow.errors import LaunchError, Severity
-from busflow.launchfile.check.credentials import credential_faults
-from busflow.launchfile.check.machine import on_machine
-from busflow.launchfile.check.resolved import lines, origins, resolve, text_of
 from busflow.launchfile.load.load import load
 from busflow.launchfile.model.placement import placed
+from busflow.launchfile.yaml.block import lines, origins, text_of
 from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath
+from busflow.runner.planning.credentials import credential_faults
+from busflow.runner.planning.machine import on_machine
+from busflow.runner.planning.resolved import resolve
 from busflow.wire.machines.certificates import Authority
 
 BASE = "plugins: [plugins]\nnodes:\n  talker: {plugin: talker}\n  listener: {plugin: listener}\n"
@@ -64,7 +62,7 @@ def test_topics_of_two_namespaces_are_distinct(check):
     ],
 )
 def test_every_node_is_on_one_machine(machines, monkeypatch, machine, here, elsewhere):
-    monkeypatch.setattr("busflow.launchfile.check.machine.credential_problems", lambda *_: ())
+    monkeypatch.setattr("busflow.runner.planning.machine.credential_problems", lambda *_: ())
     placement = placed(on_machine(machines, machine, together=False))
     assert placement.nodes == here
     assert placement.elsewhere == elsewhere

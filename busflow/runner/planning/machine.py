@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from busflow.clock import SystemClock
 from busflow.errors import LaunchError, Problem, Severity
-from busflow.launchfile.check.credentials import credential_problems
 from busflow.launchfile.model.placement import MAIN
+from busflow.runner.planning.credentials import credential_problems
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ import pytest
 
 from busflow.clock import SimClock, SystemClock
 from busflow.errors import Severity
-from busflow.launchfile.check.preflight import Preflight
 from busflow.launchfile.load.load import load
 from busflow.launchfile.model.placement import placed
 from busflow.log import Log
 from busflow.processes.crossing import crossing_problems
 from busflow.runner.loops.virtual import VirtualLoop
+from busflow.runner.planning.preflight import Preflight
 
 
 @pytest.fixture

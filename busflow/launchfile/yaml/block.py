@@ -1,37 +1,12 @@
-"""Writes a resolved launch file as YAML that can be read back, with the origin of each value as a comment."""
+"""Writes a value as YAML that can be read back, in block style, with the origin of each scalar as a comment."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
-from typing import TYPE_CHECKING
 
-from busflow.errors import PluginError
 from busflow.launchfile.yaml.scalar import written
-from busflow.launchfile.yaml.value import Origin, StatedBy, Value
-from busflow.node.node import parameters_class
-from busflow.node.parameters import describe
-from busflow.node.plugins import load
+from busflow.launchfile.yaml.value import Value
 from busflow.text import printable
-
-if TYPE_CHECKING:
-    from busflow.launchfile.model.description import LaunchDescription
-
-
-def resolve(description: LaunchDescription) -> Value:
-    """Return the description as one file, with each node's parameters completed by its plugin's defaults.
-
-    A node whose plugin cannot be loaded is shown as the files state it; `busflow check` reports the reason.
-    """
-    default = Origin(StatedBy.DEFAULT)
-    resolved = description.resolved or Value({}, default)
-    for spec in description.nodes:
-        with suppress(PluginError):
-            for parameter in describe(parameters_class(load(spec.plugin, spec.folders))):
-                path = ("nodes", spec.full_name.removeprefix("/"), "parameters", *parameter.name.split("."))
-                if not parameter.required and resolved.find(path) is None:
-                    resolved = resolved.with_member(path, Value.of(parameter.default, default))
-    return resolved
 
 
 def lines(value: Value) -> Iterator[str]:

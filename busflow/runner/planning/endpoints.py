@@ -12,14 +12,14 @@ from busflow.bus.names import resolve
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.errors import Problem, Severity
 from busflow.interfaces.message import type_name
-from busflow.launchfile.check.stated_qos import StatedQoS, type_place
 from busflow.launchfile.model.problems import problem_at
+from busflow.runner.planning.stated_qos import StatedQoS, type_place
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint, ServiceEndpoint
-    from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.launchfile.model.description import TopicSpec
+    from busflow.runner.planning.planned_node import PlannedNode
 
 NO_TOPICS = "leave it out: the nodes have no topics"
 _NO_SERVER = "add a node that answers it"

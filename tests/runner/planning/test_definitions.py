@@ -2,8 +2,8 @@
 
 import pytest
 
-from busflow.launchfile.check.definitions import definition_problems
 from busflow.launchfile.load.load import load
+from busflow.runner.planning.definitions import definition_problems
 
 LAUNCH = "plugins: [plugins]\n{}nodes: {{gripper: {{plugin: gripper}}}}\n"
 GRIPPER = """
