@@ -16,8 +16,8 @@ import click
 
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.ros_words import instead_of_verb
+from busflow.entry_points import entry_points, source_of
 from busflow.errors import PluginError, Problem, Severity, how_to_install
-from busflow.node.entry_points import entry_points, source_of
 from busflow.text import printable
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, TypeGuard, cast
 
+from busflow.entry_points import entry_points, source_of
 from busflow.errors import BusflowError, Place, PluginError, Problem, how_to_install
-from busflow.node.entry_points import entry_points, source_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.node.signatures import import_of
 from busflow.node.slow_import import slow_import_named

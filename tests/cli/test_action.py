@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
+from busflow.definitions.folders import name_folders
 from busflow.definitions.library import Library
 from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.typesupport import TypeSupport
-from busflow.launchfile.model.interface_folders import name_folders
 from busflow.msgs.action_msgs import CancelGoal
 from busflow.wire.zenoh.keys import Token, TokenKind, topic_key
 from busflow.wire.zenoh.run_directory import find_run

@@ -15,10 +15,10 @@ from busflow.cli.options.interfaces import takes_interfaces
 from busflow.cli.options.run import completer, joined, joins
 from busflow.cli.terminal.output import print_answer, print_found
 from busflow.definitions.definition import Kind, kind_of
+from busflow.definitions.folders import library, name_folders, named_folders
 from busflow.errors import BusflowError, NoSuchTarget
 from busflow.interfaces.encoding.builtin_types import Comments, builtin_types
 from busflow.interfaces.encoding.description import assemble, types_in
-from busflow.launchfile.model.interface_folders import library, name_folders, named_folders
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:

@@ -33,8 +33,8 @@ def generate(packages: tuple[str, ...], to: Path, checks: bool) -> int:
 
     The packages are found in the folders of --interfaces, in installed packages, and in a sourced ROS 2.
     """
+    from busflow.definitions.folders import library, named_folders
     from busflow.definitions.generator import command, generate
-    from busflow.launchfile.model.interface_folders import library, named_folders
 
     modules = generate(library(), packages, to)
     stale = [each for each in modules if not each.is_current]

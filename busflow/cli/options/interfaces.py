@@ -26,6 +26,6 @@ def takes_interfaces(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def _named(_context: click.Context, _parameter: click.Parameter, folders: tuple[Path, ...]) -> None:
     if folders:
-        from busflow.launchfile.model.interface_folders import name_folders
+        from busflow.definitions.folders import name_folders
 
         name_folders(folders)

@@ -157,11 +157,11 @@ def _json_type(channel: Channel) -> ForeignType:
 
 def _description(channel: Channel) -> Any:
     """Return the description of a ROS 2 type: what the bag says, or what is known of a type that the bag only names."""
+    from busflow.definitions.folders import library
     from busflow.definitions.recorded import parse
     from busflow.interfaces.encoding.builtin_types import builtin_types
     from busflow.interfaces.encoding.description import rihs01
     from busflow.interfaces.encoding.msg_text import ENCODING
-    from busflow.launchfile.model.interface_folders import library
 
     try:
         if channel.definition_encoding == ENCODING and channel.definition.strip():

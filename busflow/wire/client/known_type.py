@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from busflow.actions.names import action_type_of
+from busflow.definitions.folders import library
 from busflow.errors import NoSuchTarget, UnknownType
 from busflow.interfaces.encoding.builtin_types import builtin_types
-from busflow.launchfile.model.interface_folders import library
 from busflow.text import did_you_mean, printable
 from busflow.wire.zenoh.keys import HUMBLE
 

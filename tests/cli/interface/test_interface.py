@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from busflow import Message
-from busflow.launchfile.model.interface_folders import name_folders
+from busflow.definitions.folders import name_folders
 from tests.cli.conftest import LABS
 from tests.definitions.test_library import write
 

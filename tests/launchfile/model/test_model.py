@@ -1,7 +1,4 @@
-"""Tests of `description.py`, `keys.py`, `section.py` and `key_faults.py`.
-
-Those of `interface_folders.py` are in `tests/cli/interface/test_interface.py`.
-"""
+"""Tests of `description.py`, `keys.py`, `section.py` and `key_faults.py`."""
 
 import pytest
 

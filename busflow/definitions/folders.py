@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from busflow.definitions.library import Library
-from busflow.node.entry_points import entry_points, source_of
+from busflow.entry_points import entry_points, source_of
 
 GROUP = "busflow.interfaces"
 """The group of entry points by which an installed package names a module beside whose file its definition files lie."""

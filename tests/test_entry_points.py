@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from busflow.node.entry_points import entry_points
+from busflow.entry_points import entry_points
 
 METADATA = {
     "lab-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: lab\nVersion: 1.0\n",
