@@ -59,7 +59,7 @@ def _recorded(bag: Bag) -> Iterator[FramesMessage]:
             message = entry.channel.decode(entry.payload, TFMessage)
         except MalformedMessage:
             continue
-        yield FramesMessage(message, entry.channel.publishers, entry.publish_time_ns, channels[entry.channel])
+        yield FramesMessage(message, entry.channel.publisher_names, entry.publish_time_ns, channels[entry.channel])
 
 
 def gathered(run: str | None, bag: Path | None, for_s: float) -> SeenFrames:

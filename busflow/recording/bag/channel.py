@@ -37,8 +37,13 @@ class Channel:
     """The QoS that the publishers offered, as ROS 2 writes it in a bag."""
     count: int | None = field(default=None, compare=False)
     """The number of messages; None if it is not known."""
-    publishers: tuple[str, ...] = field(default=(), compare=False)
-    """The nodes that have published, where the recorder has written them."""
+    publishers: str = field(default="", compare=False)
+    """The names of the nodes that have published, e.g. `/left, /right`, where the recorder has written them."""
+
+    @cached_property
+    def publisher_names(self) -> tuple[str, ...]:
+        """The name of each node that has published, where the recorder has written them."""
+        return tuple(name for each in self.publishers.split(",") if (name := each.strip()))
 
     @cached_property
     def type(self) -> ForeignType:

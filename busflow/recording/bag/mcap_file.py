@@ -153,7 +153,7 @@ class McapFile:
             stated = metadata.get("callerid", "")
             later = later_publishers(self.metadata.get(LEDGER, {})).get(channel.topic, ())
             names = (name for each in (*stated.split(","), *later) if (name := each.strip()))
-            publishers = tuple(islice(dict.fromkeys(names), _MOST_PUBLISHERS))
+            publishers = ", ".join(islice(dict.fromkeys(names), _MOST_PUBLISHERS))
             known = self._channels[key] = Channel(*key, publishers=publishers)  # pyright: ignore[reportArgumentType]  # each as its field wants it
         return known
 

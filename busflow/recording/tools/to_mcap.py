@@ -91,7 +91,7 @@ class McapCopy:
         if schema not in self._schemas:
             self._schemas[schema] = self._writer.register_schema(*schema)
         metadata = {"offered_qos_profiles": self._qos(channel), "topic_type_hash": channel.type_hash or ""}
-        metadata |= {"callerid": ", ".join(channel.publishers)} if channel.publishers else {}
+        metadata |= {"callerid": channel.publishers} if channel.publishers else {}
         return self._writer.register_channel(channel.topic, channel.encoding, self._schemas[schema], metadata)
 
 

@@ -520,7 +520,7 @@ async def test_a_channel_names_its_publishers(tmp_path):
     with Bag(path) as bag:
         convert(bag, tmp_path / "made.mcap", TargetFormat.MCAP, json.dumps)
     with Bag(tmp_path / "made.mcap") as made:
-        assert {each.topic: each.publishers for each in made.channels}["/imu/data"] == ("/sensor_publisher",)
+        assert {each.topic: each.publisher_names for each in made.channels}["/imu/data"] == ("/sensor_publisher",)
 
 
 def named_status(**fields):

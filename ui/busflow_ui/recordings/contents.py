@@ -21,14 +21,15 @@ def graph_of(recording: Recording, moment_ns: int) -> dict[str, Any]:
     A recording knows no subscriptions, and no state of a node.
     """
     topics, rates_hz = recording.topics.values(), recording.rates_hz(moment_ns)
-    names = sorted({node for each in topics for node in each.channel.publishers})
+    published: dict[str, list[str]] = {}
+    for each in topics:
+        for node in each.channel.publisher_names:
+            published.setdefault(node, []).append(each.channel.topic)
     return {
         "elapsed_s": (recording.end_ns - recording.start_ns) / NS_PER_S,
         "clock": "",
         "inbox": [],
-        "nodes": [
-            _node(name, [each.channel.topic for each in topics if name in each.channel.publishers]) for name in names
-        ],
+        "nodes": [_node(name, topics) for name, topics in sorted(published.items())],
         "topics": [_topic(each, rates_hz.get(each.id)) for each in topics],
         "services": [],
     }
@@ -64,7 +65,7 @@ def _node(name: str, topics: list[str]) -> dict[str, Any]:
 
 
 def _topic(topic: RecordedTopic, rate_hz: float | None) -> dict[str, Any]:
-    channel = topic.channel
+    channel, unknown = topic.channel, dict.fromkeys(("qos", "origin", "published"))
     return {
         "name": channel.topic,
         "type": channel.type_name,
@@ -72,7 +73,7 @@ def _topic(topic: RecordedTopic, rate_hz: float | None) -> dict[str, Any]:
         "external": False,
         "published": channel.count or 0,
         "rate_hz": rate_hz,
-        "publishers": [{"node": each, "qos": None, "origin": None, "published": None} for each in channel.publishers],
+        "publishers": [{"node": each, **unknown} for each in channel.publisher_names],
         "subscriptions": [],
         "losses": {},
     }
