@@ -15,6 +15,8 @@ BESIDE = {
     "tests": ("tests/**/*.py",),
 }
 """The files of each row of the budget outside of `busflow/`."""
+DATA = PROJECT / "tests/cases"
+"""Facts from elsewhere, and files of released versions, which count for nothing."""
 
 
 @lru_cache(1)  # many trees at once slow down Python's garbage collection
@@ -46,7 +48,7 @@ def rows() -> dict[str, list[Path]]:
         found[package.parent.name] = sorted(package.parent.rglob("*.py"))
     for row, patterns in BESIDE.items():
         paths = (path for pattern in patterns for path in PROJECT.glob(pattern) if ".test." not in path.name)
-        found[row] = sorted(paths)
+        found[row] = sorted(path for path in paths if DATA not in path.parents)
     return {row: paths for row, paths in found.items() if paths}  # a source distribution has busflow's own alone
 
 
