@@ -13,7 +13,8 @@ from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.terminal.output import print_answer, print_message, print_problems
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode
-from busflow.node.plugins import built_in, find, unreadable
+from busflow.node.plugins import built_in, find
+from busflow.validation.folders import unreadable
 
 _VERBS = {
     "list": ("busflow.cli.plugins:list_", "List name and summary of each plugin."),

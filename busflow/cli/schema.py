@@ -41,9 +41,9 @@ def _schema_of(file: Path) -> dict[str, object]:
     from busflow.launchfile.load.load import examine
     from busflow.launchfile.model.json_schema import PluginSchema, launch_schema
     from busflow.node.node import parameters_class
-    from busflow.node.plugins import find, load
+    from busflow.node.plugins import find, load, names
 
-    description, problems = examine(file)
+    description, problems = examine(file, plugins=names)
     if description is None:  # a file with other mistakes still gets a schema, with which the editor helps to fix them
         raise LaunchError(problems)
     folders = [folder.path for folder in description.folders]

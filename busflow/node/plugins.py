@@ -12,7 +12,7 @@ import opcode
 import os
 import re
 import sys
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
@@ -25,7 +25,7 @@ from busflow.errors import BusflowError, Place, PluginError, Problem, how_to_ins
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.node.signatures import import_of
 from busflow.node.slow_import import slow_import_named
-from busflow.text import did_you_mean, printable, quoted
+from busflow.text import did_you_mean, quoted
 from busflow.validation import tracebacks
 from busflow.validation.advice import advice
 
@@ -78,23 +78,14 @@ def find(folders: Iterable[str | os.PathLike[str]]) -> list[PluginSummary]:
     return sorted(found.values(), key=lambda summary: summary.name)
 
 
+def names() -> Iterator[str]:
+    """Yield the names of the plugins in `plugins/` of the working directory, and of the installed ones."""
+    return (each.name for each in find([Path("plugins")]))
+
+
 def built_in() -> list[PluginSummary]:
     """Return the nodes that busflow itself offers; a plugin of the same name in a folder goes before them."""
     return [_summary_of_installed(name, *value.split(":")) for name, value in _BUILT_IN.items()]
-
-
-def unreadable(folder: Path) -> Problem | None:
-    """Return the reason why an existing folder cannot be read; None if it can, or is not there."""
-    try:
-        with os.scandir(folder) as entries:
-            next(entries, None)
-        os.stat(folder / "__init__.py")  # noqa: PTH116  # what is listed may be out of reach all the same
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except OSError as error:
-        message = f"cannot read the folder {printable(folder)}: {error.strerror}"
-        return Problem("unreadable-folder", message, f"let it be read: chmod u+rx {printable(folder)}")
-    return None
 
 
 def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node]:

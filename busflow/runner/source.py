@@ -42,6 +42,7 @@ class Source:
         if self.plugin:
             return self._read_plugin()
         from busflow.launchfile.load.load import examine
+        from busflow.node.plugins import names
 
         return examine(
             self.file,
@@ -50,6 +51,7 @@ class Source:
             sets=self.sets,
             profiles=self.profiles,
             environment=environment,
+            plugins=names,
         )
 
     def _read_plugin(self) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:

@@ -25,8 +25,9 @@ def described(what: str | Path | LaunchDescription, args: Mapping[str, object] |
     if isinstance(what, LaunchDescription):
         return what
     from busflow.launchfile.load.load import load
+    from busflow.node.plugins import names
 
-    return load(Path(what), args=args or {})
+    return load(Path(what), args=args or {}, plugins=names)
 
 
 def made_by_hand(what: Any) -> tuple[Node, Supervision]:

@@ -506,20 +506,3 @@ class TestBuiltIn:
     def test_a_folder_comes_before_them(self, write: Write, folder: Path):
         write("player.py", NODE.format(name="Mine"))
         assert plugins.load("player", [folder]).__name__ == "Mine"
-
-
-class TestUnreadable:
-    def test_unlistable_folder_is_a_problem(self, tmp_path: Path, golden):
-        (tmp_path / "loop").symlink_to(tmp_path / "loop")
-        problem = plugins.unreadable(tmp_path / "loop")
-        assert problem is not None
-        assert problem.code == "unreadable-folder"
-        golden(problem.message)
-        golden(problem.fix)
-
-    def test_readable_or_missing_folder_is_no_problem(self, write: Write, folder: Path):
-        file = write("camera.py", NODE.format(name="Camera"))
-        (folder / "arm").mkdir()
-        write("hand/__init__.py", "")
-        for each in (folder, folder / "arm", folder / "hand", folder / "absent", file):
-            assert plugins.unreadable(each) is None

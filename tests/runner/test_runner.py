@@ -10,15 +10,17 @@ import sys
 import threading
 from pathlib import Path
 
+import pytest
+
 from busflow import Graph, Node
 from busflow.clock import SimClock
-from busflow.errors import InvalidDeclaration, NotRunning
+from busflow.errors import InvalidDeclaration, LaunchError, NotRunning
 from busflow.msgs.std_msgs import Int64
 from busflow.node.supervision import Supervised, Supervision
 from busflow.runner import standard_error
 from busflow.runner.running_lines import is_own, running_lines
 from busflow.runner.source import Source
-from busflow.runner.sources import made_by_hand
+from busflow.runner.sources import described, made_by_hand
 from busflow.testing import virtual_time
 
 
@@ -59,6 +61,17 @@ def test_source_is_read_alike_in_another_folder(tmp_path, monkeypatch):
     description, problems = source.read()
     assert description is not None
     assert (description.name, [each.code for each in problems]) == ("other", ["no-nodes"])
+
+
+def test_source_named_like_a_plugin_says_how_to_run_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("plugins").mkdir()
+    Path("plugins/talker.py").write_text("from busflow import Node\n\n\nclass Talker(Node):\n    pass\n")
+    _, problems = Source(Path("talker")).read()
+    with pytest.raises(LaunchError) as caught:
+        described("talker", None)
+    for found in (*problems, *caught.value.problems):
+        assert (found.code, "busflow run --plugin talker" in (found.fix or "")) == ("unreadable-file", True)
 
 
 def test_thread_that_hangs_does_not_delay_the_end():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import chain, islice
 from pathlib import Path
@@ -17,8 +18,8 @@ from busflow.launchfile.model.misplaced import with_keys_in_place
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import MAX_BYTES, Limits, Repeated, read_file
 from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath, Value
-from busflow.node.plugins import find, unreadable
 from busflow.text import nearest
+from busflow.validation.folders import unreadable
 
 MAX_FILES = 100
 _LOOKED_AT = 1000
@@ -30,6 +31,8 @@ class Files:
     """Reads the files of one load and collects their problems."""
 
     problems: Problems
+    plugins: Callable[[], Iterable[str]] = tuple
+    """The names of plugins, for the error where one is given instead of a file."""
     limits: Limits = field(default_factory=Limits)
     paths: list[Path] = field(default_factory=list[Path])
     """All files read, in order."""
@@ -106,7 +109,7 @@ class Files:
             for problem in error.problems:
                 if problem.code == "unreadable-file":
                     place = entry.origin.place if entry is not None else None
-                    fix = _neighbour(path, Path(place.file).parent if place is not None else None)
+                    fix = _neighbour(path, Path(place.file).parent if place is not None else None, self.plugins)
                     lost = () if repeated is not None else ("defaults", "parameters")
                     self._report(problem.code, problem.message, fix, entry, lost)
                 else:
@@ -119,13 +122,13 @@ class Files:
         self.problems.add(problem_at(code, message, fix, origin), left_out=[left_out])
 
 
-def _neighbour(path: Path, beside: Path | None = None) -> str | None:
+def _neighbour(path: Path, beside: Path | None, plugins: Callable[[], Iterable[str]] = tuple) -> str | None:
     """Suggest what exists for a missing file or folder, or is in a folder, relative to `beside`."""
     try:
         if path.exists() and not path.is_dir():
             return None
         found = min(islice(path.glob("*.yaml"), _LOOKED_AT), default=None) if path.is_dir() else _nearest(path)
-        if found is None and beside is None and (plugin := _plugin(path)):
+        if found is None and beside is None and (plugin := _plugin(path, plugins)):
             return plugin
     except (OSError, ValueError):
         return None
@@ -148,10 +151,10 @@ def _nearest(path: Path) -> Path | None:
     return folder / near if near else folder if folder != path.parent else None
 
 
-def _plugin(path: Path) -> str | None:
+def _plugin(path: Path, plugins: Callable[[], Iterable[str]]) -> str | None:
     """Suggest a launch file that runs a plugin, where the name of one is given instead of a file."""
     name = str(path)
-    if all(each.name != name for each in find([Path("plugins")])):
+    if name not in plugins():
         return None
     alone = f"{name} is a plugin, which busflow run --plugin {name} runs alone"
     stated = re.compile(rf"plugin:\s*{re.escape(name)}\b")

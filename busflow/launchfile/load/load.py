@@ -7,7 +7,7 @@ are collected: wrong parts are left out, and the rest is still checked.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,6 +35,7 @@ def load(
     sets: Sequence[str] = (),
     profiles: Sequence[str] = (),
     environment: Mapping[str, str] | None = None,
+    plugins: Callable[[], Iterable[str]] = tuple,
 ) -> LaunchDescription:
     """Load a launch file.
 
@@ -46,6 +47,7 @@ def load(
         sets: `path=value` of a command line's `--set`.
         profiles: The profiles of the file to use; later ones override earlier ones.
         environment: The variables for `${env.…}`; by default the process's own.
+        plugins: Gives the names of plugins, for the error where one stands in place of a file.
 
     Raises:
         LaunchError: With every problem.
@@ -58,6 +60,7 @@ def load(
         sets=sets,
         profiles=profiles,
         environment=environment,
+        plugins=plugins,
     )
     if found or description is None:
         raise LaunchError(found)
@@ -73,10 +76,11 @@ def examine(
     sets: Sequence[str] = (),
     profiles: Sequence[str] = (),
     environment: Mapping[str, str] | None = None,
+    plugins: Callable[[], Iterable[str]] = tuple,
 ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
     """Load a launch file as `load` does, and return every problem with the description of its correct parts."""
     problems = Problems()
-    files = Files(problems)
+    files = Files(problems, plugins)
     given = arguments.from_caller(args or {}) | arguments.from_command_line(assignments, problems)
     changes = override.from_caller(overrides or {})
     for text in sets:

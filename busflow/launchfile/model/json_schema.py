@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping
 from itertools import product
 from typing import Any, NamedTuple
 
+from pydantic import BaseModel
 from pydantic.errors import PydanticInvalidForJsonSchema
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaWarningKind
 
 from busflow.bus.qos import PRESETS, QoS
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.node.parameters import Parameters
 from busflow.node.supervision import Restart
 
 Schema = dict[str, Any]
@@ -29,7 +29,7 @@ class PluginSchema(NamedTuple):
     """Plugin data that the schema needs."""
 
     name: str
-    parameters: type[Parameters]
+    parameters: type[BaseModel]
     summary: str = ""
 
 

@@ -71,9 +71,14 @@ def test_a_broken_link_is_not_its_own_fix(tmp_path):
     ],
 )
 def test_plugin_instead_of_file_suggests_its_launch_file(folder, file: str, fix: str):
-    folder.write("from busflow import Node\n\n\nclass Talker(Node):\n    pass\n", "plugins/talker.py")
     folder.write("nodes: {other: {plugin: talkers}}\n", "configs/all.yaml")
     folder.write(TALKER, file)
-    _, problems = examine("talker", environment={})
+    _, problems = examine("talker", environment={}, plugins=lambda: ["talker", "player"])
     alone = "talker is a plugin, which busflow run --plugin talker runs alone"
     assert [each.fix for each in problems] == [alone + fix]
+
+
+@pytest.mark.usefixtures("folder")
+def test_without_names_of_plugins_nothing_is_suggested():
+    _, problems = examine("talker", environment={})
+    assert [each.fix for each in problems] == [None]
