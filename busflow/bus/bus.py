@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Hashable, Iterator
 from functools import partial
 from threading import get_ident
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 from busflow.bus.dispatcher import Chooser, Dispatcher
 from busflow.bus.endpoint import Endpoint
@@ -37,6 +37,42 @@ AnyEndpoint: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] |
 """One end of a topic or of a service."""
 
 
+class BusObserver:
+    """Base class of the observers that `Bus.observe` takes. A subclass overrides the methods that it needs.
+
+    An exception of a method is raised to the code that attaches the endpoint.
+    """
+
+    __slots__ = ()
+
+    def topic_added(self, topic: Topic[Any]) -> None:
+        """Handle a new topic, before its first endpoint."""
+
+    def publisher_added(self, publisher: Publisher[Any]) -> None:
+        """Handle a publisher, before its first message; a restarted node's comes again."""
+
+    def subscription_added(self, subscription: Subscription[Any]) -> None:
+        """Handle a subscription, before a message is handed over to it; a restarted node's comes again."""
+
+    def service_added(self, service: Service[Any, Any]) -> None:
+        """Handle a new service, before its server and its first client."""
+
+    def server_added(self, server: Server[Any, Any]) -> None:
+        """Handle a server of this process."""
+
+    def client_added(self, client: Client[Any, Any]) -> None:
+        """Handle a client of this process."""
+
+    def timer_added(self, timer: Timer) -> None:
+        """Handle a timer, before its first tick."""
+
+    def parameters_added(self, store: Any) -> None:  # a ParameterStore: package `node`, above this one, defines it
+        """Handle the parameters of a node, before its endpoints come."""
+
+    def endpoint_removed(self, end: AnyEndpoint) -> None:
+        """Handle an endpoint that has left; a restarted node's leaves as its successor comes."""
+
+
 class Bus:
     """The topics and services of one process by name, with their dispatcher and inbox."""
 
@@ -52,10 +88,7 @@ class Bus:
         self.services: dict[str, Service[Any, Any]] = {}
         self.shared: dict[Hashable, Any] = {}
         """Objects of packages above that the nodes of the process share, each under a key of its own."""
-        self.on_attach: list[Callable[[Any], None]] = []
-        """Called with every new endpoint, timer and parameter store, before it is used."""
-        self.on_detach: list[Callable[[AnyEndpoint], None]] = []
-        """Called with every endpoint that leaves."""
+        self.observers: list[BusObserver] = []
         self.clock: Clock = clock or SystemClock()
         self.dispatcher: Dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
         self.inbox: Inbox = Inbox(self.dispatcher)
@@ -73,6 +106,14 @@ class Bus:
         self.inbox.close()
         self.dispatcher.close()
 
+    def observe(self, observer: BusObserver) -> None:
+        """Call an observer from now on; the topics and services that are there are added to it at once."""
+        self.observers.append(observer)
+        for topic in self.topics.values():
+            observer.topic_added(topic)
+        for service in self.services.values():
+            observer.service_added(service)
+
     def attach_publisher(self, publisher: Publisher[M], predecessor: Publisher[M] | None = None) -> None:
         """Connect a publisher to its topic; after a restart it takes the place of its predecessor.
 
@@ -87,7 +128,8 @@ class Bus:
             publisher.attach(topic, self._thread, partial(self.inbox.put, topic.losses))
         else:
             publisher.adopt(predecessor)
-        self.announce(publisher)
+        for observer in self.observers:
+            observer.publisher_added(publisher)
 
     def attach_subscription(
         self, subscription: Subscription[M], on_failure: OnFailure, predecessor: Subscription[M] | None = None
@@ -108,12 +150,14 @@ class Bus:
             subscription.attach(topic, self.dispatcher, on_failure)
         else:
             subscription.adopt(predecessor, on_failure)
-        self.announce(subscription)
+        for observer in self.observers:
+            observer.subscription_added(subscription)
 
     def attach_timer(self, timer: Timer, spawn: Spawn, on_failure: Callable[[BaseException], None]) -> None:
         """Connect a timer to the run's clock and the dispatcher."""
         timer.attach(self.clock, self.dispatcher, spawn, on_failure)
-        self.announce(timer)
+        for observer in self.observers:
+            observer.timer_added(timer)
 
     def call(self, function: Callable[[], R]) -> R:
         """Call a function on the graph's own thread; other threads wait for the result.
@@ -134,7 +178,8 @@ class Bus:
         service = self.service(endpoint.service, server.type, endpoint.origin)
         service.refuse_second(endpoint.origin)
         server.attach(service, self.dispatcher, starting, on_error)
-        self.announce(server)
+        for observer in self.observers:
+            observer.server_added(server)
 
     def attach_client(self, client: Client[Any, Any]) -> None:
         """Connect a client to its service, which may have no server yet.
@@ -143,7 +188,8 @@ class Bus:
             IncompatibleType: the service is of another type.
         """
         client.attach(self.service(client.service, client.type, client.endpoint.origin))
-        self.announce(client)
+        for observer in self.observers:
+            observer.client_added(client)
 
     def service(self, name: str, service_type: type[ServiceType], origin: str) -> Service[Any, Any]:
         """Return the service of a name, created if necessary; `origin` names the caller in errors.
@@ -153,7 +199,9 @@ class Bus:
         """
         service = self.services.get(name)
         if service is None:
-            service = self.services[name] = Service(name, service_type, self.clock, self.services, self.on_detach)
+            service = self.services[name] = Service(name, service_type, self.clock, self.services, self._on_leave)
+            for observer in self.observers:
+                observer.service_added(service)
         elif service.type is not service_type:
             raise IncompatibleType(
                 f"{origin} uses the service {name} as {type_name(service_type)}, but it is a {type_name(service.type)}"
@@ -189,22 +237,22 @@ class Bus:
             dispatcher=self.dispatcher.statistics(),
         )
 
-    def announce(self, attached: Any) -> None:
-        """Call every `on_attach` with a new endpoint, timer or parameter store."""
-        for on_attach in self.on_attach:
-            on_attach(attached)
-
     def _topic(self, endpoint: Endpoint, message_type: type[M]) -> Topic[M]:
         topic = self.topics.get(endpoint.topic)
         if topic is None:
-            topic = Topic(endpoint.topic, message_type, self.clock, self.on_detach)
-            self.topics[endpoint.topic] = topic
+            topic = self.topics[endpoint.topic] = Topic(endpoint.topic, message_type, self.clock, self._on_leave)
+            for observer in self.observers:
+                observer.topic_added(topic)
         elif topic.type is not message_type:
             raise IncompatibleType(
                 f"{endpoint.origin} uses {endpoint.topic} as {type_name(message_type)}, "
                 f"but it carries {type_name(topic.type)}"
             )
         return topic
+
+    def _on_leave(self, end: object) -> None:
+        for observer in self.observers:
+            observer.endpoint_removed(cast("AnyEndpoint", end))  # topics and services know their ends as protocols
 
 
 def check_qos(offered: Endpoint, requested: Endpoint) -> None:

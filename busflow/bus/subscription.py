@@ -328,7 +328,7 @@ class Subscription(Recipient[M, Topic[M]]):
         """Take the place of the same subscription of the node's previous start; called by the bus.
 
         Its queue, counts, topic, link and running deadline carry over. Observers do not: they learn of the new
-        subscription through `Bus.on_attach`. The restarted node gets new events for the publishers that match.
+        subscription as a `BusObserver`. The restarted node gets new events for the publishers that match.
         """
         self._have(predecessor.queue)
         self.queue.ignore_drops()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from busflow.bus.delivery import DeliverySource
@@ -81,9 +81,9 @@ class Topic(DeliverySource, Generic[M]):
         name: str,
         message_type: type[M],
         clock: Clock,
-        on_leave: Sequence[Callable[[Any], None]] = (),
+        on_leave: Callable[[TopicEndpoint], object],
     ) -> None:
-        """Create a topic without endpoints; each of `on_leave` is called with every endpoint that leaves."""
+        """Create a topic without endpoints; `on_leave` is called with every endpoint that leaves."""
         super().__init__()
         self.name: str = name
         self.clock: Clock = clock
@@ -299,5 +299,4 @@ class Topic(DeliverySource, Generic[M]):
 
     def _notify_left(self, end: TopicEndpoint) -> None:
         self.rebuild()
-        for on_leave in self._on_leave:
-            on_leave(end)
+        self._on_leave(end)

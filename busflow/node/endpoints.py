@@ -20,7 +20,6 @@ from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.interfaces.message import Message
 from busflow.node.lifetime import NodeLifetime
-from busflow.node.parameter_store import ParameterStore
 from busflow.validation.tracebacks import lines_of
 
 if TYPE_CHECKING:
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
     from busflow.node.callbacks import EventHandler
 
 EndpointOrTimer: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
-Attached: TypeAlias = EndpointOrTimer | ParameterStore
-"""The parts of a node that a bus announces when they are attached."""
 E = TypeVar("E", Publisher[Any], Subscription[Any])
 
 

@@ -269,7 +269,8 @@ class NodeRuntime:
     def connect(self, bus: Bus, predecessor: NodeRuntime | None = None) -> None:
         """Connect all endpoints to the bus, in place of a predecessor's; messages wait until `open`."""
         self._bus, self.life.dispatcher = bus, bus.dispatcher
-        bus.announce(self.parameters)
+        for observer in bus.observers:
+            observer.parameters_added(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
         self.endpoints.connect(bus, predecessor.endpoints.hand_over() if predecessor else None)
         for each in self.on_connect:

@@ -11,20 +11,18 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
+from busflow.bus.bus import BusObserver
 from busflow.bus.failure import is_failure
 from busflow.errors import InvalidParameter, ProcessFailed
 from busflow.node.factory import NodeFactory, rebuild
-from busflow.node.parameter_store import ParameterStore
 from busflow.runner.source import Source
 from busflow.text import printable
 from busflow.validation.faults import plain
 from busflow.wire.zenoh.run_directory import RunCard
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Bus
     from busflow.log import Log
-    from busflow.node.endpoints import Attached
-    from busflow.node.parameter_store import SetResult
+    from busflow.node.parameter_store import ParameterStore
     from busflow.node.parameters import Parameters
     from busflow.runner.planning.planned_node import PlannedNode
     from busflow.runner.planning.preflight import Plan
@@ -108,7 +106,7 @@ class Memory:
     """Parameters and restarts of a process's nodes, kept for the restart of the process."""
 
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
-    """By node of which some were set at run time, its parameters: `{values, set, times}`, as in `report_changes`."""
+    """By node of which some were set at run time, its parameters as `ParameterReports` sends them."""
     restarts: Mapping[str, int] = field(default_factory=dict[str, int])
     """By node, how often it was started again: with its process, by its own policy, or by hand."""
     stopped: tuple[str, ...] = ()
@@ -138,16 +136,16 @@ class Memory:
         return replace(planned, node=runtime.node)
 
 
-def report_changes(bus: Bus, send: Callable[[Mapping[str, Any]], None]) -> None:
-    """Send the parameters of each node on this bus after every change."""
+class ParameterReports(BusObserver):
+    """Sends the parameters of each node on a bus after every change."""
 
-    def attached(end: Attached) -> None:
-        if not isinstance(end, ParameterStore):
-            return
+    def __init__(self, send: Callable[[Mapping[str, Any]], None]) -> None:
+        self._send = send
 
-        def changed(_old: Parameters, _result: SetResult) -> None:
-            send({end.node: {"values": plain(end.current), "set": sorted(end.set_at_run_time), "times": end.times_set}})
+    def parameters_added(self, store: ParameterStore) -> None:
+        """Send these parameters when they change."""
+        store.on_change.append(lambda _old, _result: self._send({store.node: _changed(store)}))
 
-        end.on_change.append(changed)
 
-    bus.on_attach.append(attached)
+def _changed(store: ParameterStore) -> Mapping[str, Any]:
+    return {"values": plain(store.current), "set": sorted(store.set_at_run_time), "times": store.times_set}

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed, ProcessFailed
-from busflow.processes.assignment import Assignment, report_changes
+from busflow.processes.assignment import Assignment, ParameterReports
 from busflow.processes.pipe import PipeWriter
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
@@ -149,7 +149,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
     if assignment.restarts:
         plan.nodes = assignment.memory.restored(plan, graph.log)
         graph.held = frozenset(assignment.memory.stopped)
-    report_changes(graph.bus, lambda changes: writer.send(parameters=changes))
+    graph.bus.observe(ParameterReports(lambda changes: writer.send(parameters=changes)))
     # The problems of this part are not those of the whole graph, which the main process has shown.
     plan.problems.clear()
     return graph

@@ -7,12 +7,12 @@ message only while the topic has a subscription, or where nodes of ROS 2 may com
 from __future__ import annotations
 
 from threading import get_ident
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from busflow.bus.bus import BusObserver
 from busflow.bus.endpoint import LOG_NODE, ROSOUT, Endpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability, QoS
-from busflow.bus.subscription import Subscription
 from busflow.clock import NS_PER_S
 from busflow.errors import BusflowError
 from busflow.log import LEVELS, Log, LogRecord, values_text
@@ -20,15 +20,15 @@ from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
+    from busflow.bus.subscription import Subscription
     from busflow.msgs.rcl_interfaces import Log as LogMessage
-    from busflow.node.endpoints import Attached
 
 _DEPTH = 1000
 _ROS2_QOS = QoS(depth=_DEPTH, durability=Durability.TRANSIENT_LOCAL, lifespan_s=10)
 """ROS 2's own: its viewers of the log request `transient_local`. Source: ros2/rcl 9.2, `logging_rosout.h`."""
 
 
-class Rosout:
+class Rosout(BusObserver):
     """Publisher of `/rosout`.
 
     Two things keep a line from causing the next one without end: what is logged while a line is being published is not
@@ -41,7 +41,7 @@ class Rosout:
         self._bus, self._log, self._to_ros2 = bus, log, to_ros2
         self._publisher: Publisher[LogMessage] | None = None
         self._publishing: set[int] = set()
-        bus.on_attach.append(self._on_attach)
+        bus.observe(self)
 
     def announce(self, durability: Durability = Durability.VOLATILE) -> None:
         """Create a publisher of the topic, which offers this durability, or what nodes of ROS 2 expect."""
@@ -59,9 +59,10 @@ class Rosout:
             return
         self._log.sinks.append(self._write)
 
-    def _on_attach(self, attached: Attached) -> None:
-        if isinstance(attached, Subscription) and attached.topic == ROSOUT:
-            self.announce(attached.endpoint.qos.durability)
+    def subscription_added(self, subscription: Subscription[Any]) -> None:
+        """Create the publisher for the first subscription."""
+        if subscription.topic == ROSOUT:
+            self.announce(subscription.endpoint.qos.durability)
 
     def _write(self, record: LogRecord) -> None:
         publisher, thread = self._publisher, get_ident()

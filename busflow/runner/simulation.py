@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing, contextmanager
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
+from busflow.bus.bus import BusObserver
 from busflow.bus.endpoint import Endpoint
-from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS, Reliability
 from busflow.bus.subscription import Subscription
 from busflow.clock import SimClock, Time
@@ -20,6 +20,9 @@ from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.sources import What
+
+if TYPE_CHECKING:
+    from busflow.bus.topic import Topic
 
 
 @contextmanager
@@ -55,7 +58,7 @@ _QOS = QoS(depth=1, reliability=Reliability.BEST_EFFORT)
 """QoS of the subscription: every simulator's publisher satisfies it."""
 
 
-class Following(Extension):
+class Following(Extension, BusObserver):
     """Moves a loop's time to the stamps that a simulator publishes on `/clock`.
 
     The clock shows 0 before the first message, as in ROS 2. That message sets the clock to the simulator's time, and no
@@ -65,11 +68,11 @@ class Following(Extension):
     """
 
     def __init__(self, graph: Graph, clock: SimClock, loop: VirtualLoop) -> None:
-        """Set the clock to 0, and follow the topic from its first publisher on; the graph has not started."""
+        """Set the clock to 0, and follow the topic from its first endpoint on; the graph has not started."""
         self._clock, self._loop, self._bus = clock, loop, graph.bus
-        self._tapped = self._began = False
+        self._began = False
         clock.start_at(Time(0))
-        graph.bus.on_attach.append(self._on_attach)
+        graph.bus.observe(self)
 
     def begin(self) -> None:
         """Subscribe to the topic, so that a simulator in another process finds it if this run is inspectable."""
@@ -78,16 +81,13 @@ class Following(Extension):
         self._bus.attach_subscription(subscription, lambda _error, _message: None)
         subscription.open()
 
-    def _on_attach(self, attached: object) -> None:
-        if not isinstance(attached, Publisher) or self._tapped:
-            return
-        publisher = cast("Publisher[Any]", attached)
-        if publisher.topic == TOPIC:
-            if publisher.type is not Clock:
-                actual, wanted = type_name(publisher.type), type_name(Clock)
+    def topic_added(self, topic: Topic[Any]) -> None:
+        """Follow the topic `/clock`; its type must be rosgraph_msgs/msg/Clock."""
+        if topic.name == TOPIC:
+            if topic.type is not Clock:
+                actual, wanted = type_name(topic.type), type_name(Clock)
                 raise IncompatibleType(f"{TOPIC} carries {actual}; a run whose time follows it needs {wanted}")
-            self._tapped = True
-            self._bus.tap(self._bus.topics[TOPIC], self._follow)
+            self._bus.tap(topic, self._follow)
 
     def _follow(self, message: Clock) -> None:
         stamp = Time.from_msg(message.clock)

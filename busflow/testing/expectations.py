@@ -6,12 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import inf
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from busflow.bus.publisher import Publisher
+from busflow.bus.bus import BusObserver
 from busflow.bus.subscription import Subscription
+from busflow.bus.topic import Topic
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import Deadlock, Fault, KeyPath, NodeFailed, Problem, Stray
 from busflow.interfaces.message import Message, type_name
@@ -150,7 +151,7 @@ class _Seen:
 
 
 @dataclass(slots=True)
-class Expectations:
+class Expectations(BusObserver):
     """Watches a graph, from before it starts to its end, for what its launch file expects."""
 
     graph: Graph
@@ -158,10 +159,9 @@ class Expectations:
     _errors: _Seen = field(default_factory=_Seen)
     _ages: dict[str, _Seen] = field(default_factory=dict[str, _Seen])
     _values: dict[tuple[str, str], _Seen] = field(default_factory=dict[tuple[str, str], _Seen])
-    _tapped: set[str] = field(default_factory=set[str])
 
     def __post_init__(self) -> None:
-        self.graph.bus.on_attach.append(self._on_attach)
+        self.graph.bus.observe(self)
         self.graph.log.sinks.append(self._on_log)
 
     def broken(self) -> Iterator[Fault]:
@@ -196,19 +196,18 @@ class Expectations:
         if record.level in {"error", "critical"}:
             self._errors.add(f"{record.node}: {record.event}")
 
-    def _on_attach(self, attached: object) -> None:
-        if isinstance(attached, Publisher | Subscription):
-            end = cast("Publisher[Any] | Subscription[Any]", attached)
-            expected = self.expected.topics.get(end.topic)
-            if expected is not None:
-                self._watch(end, expected)
+    def topic_added(self, topic: Topic[Any]) -> None:
+        """Check the values of a topic's messages."""
+        expected = self.expected.topics.get(topic.name)
+        if expected is not None and expected.values:
+            self.graph.bus.tap(topic, partial(self._check_values, topic.name, expected))
 
-    def _watch(self, end: Publisher[Any] | Subscription[Any], expected: TopicExpectationKeys) -> None:
-        if isinstance(end, Subscription) and expected.max_age is not None:
-            end.observe(partial(self._check_age, end.topic, end.endpoint.node, expected.max_age))
-        if expected.values and end.topic not in self._tapped:
-            self._tapped.add(end.topic)
-            self.graph.bus.tap(self.graph.bus.topics[end.topic], partial(self._check_values, end.topic, expected))
+    def subscription_added(self, subscription: Subscription[Any]) -> None:
+        """Check the age of messages as a node gets them."""
+        topic, node = subscription.topic, subscription.endpoint.node
+        expected = self.expected.topics.get(topic)
+        if expected is not None and expected.max_age is not None:
+            subscription.observe(partial(self._check_age, topic, node, expected.max_age))
 
     def _check_age(self, topic: str, node: str, max_age_s: float, message: Any) -> None:
         age_s = (self.graph.clock.now() - Time.from_msg(message.header.stamp)).seconds

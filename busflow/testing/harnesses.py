@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Never, Self, TypeVar, cast, overload
 
 from busflow.actions.client import ActionClient
 from busflow.actions.goal import F, G, Parts, R
+from busflow.bus.bus import Bus, BusObserver
 from busflow.bus.names import absolute_name
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
@@ -24,6 +25,7 @@ from busflow.bus.services.call import Pair, Req, Res
 from busflow.bus.services.client import TIMEOUT_S
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.bus.subscription import Subscription
+from busflow.bus.topic import Topic
 from busflow.clock import Duration, SimClock
 from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NoSuchTarget, NotRunning, NotSeen
 from busflow.interfaces.message import Message, type_name
@@ -122,6 +124,16 @@ class _Traffic:
         return self.kept[first]
 
 
+class _Listener(BusObserver):
+    """Listener to every topic from the moment it exists."""
+
+    def __init__(self, bus: Bus, traffic: Mapping[str, _Traffic]) -> None:
+        self._bus, self._traffic = bus, traffic
+
+    def topic_added(self, topic: Topic[Any]) -> None:
+        self._bus.tap(topic, self._traffic[topic.name].add)
+
+
 class Harness:
     """A graph under test: use it as `async with harness(...) as lab`, on a virtual loop."""
 
@@ -164,7 +176,7 @@ class Harness:
         self._expected = expect_failure
         self._is_entered = False
         self._faults = Faults(self.graph.bus)
-        self.graph.bus.on_attach.append(self._on_attach)
+        self.graph.bus.observe(_Listener(self.graph.bus, self._traffic))
         if loop.follows:
             Following(self.graph, self.clock, loop)
         elif any(each.clock.mode is ClockMode.FOLLOW for each in self.graph.descriptions):
@@ -377,13 +389,6 @@ class Harness:
         self.clock.jump(Duration(seconds=seconds))
 
     # Topics and their traffic.
-
-    def _on_attach(self, attached: object) -> None:
-        """Listen to every topic from the moment it exists."""
-        if isinstance(attached, Publisher | Subscription):
-            topic = self.graph.bus.topics[attached.topic]
-            if topic.name not in self._traffic:
-                self.graph.bus.tap(topic, self._traffic[topic.name].add)
 
     def _known(self, topic: str, message_type: type[Message] | None = None) -> str:
         """Return a topic's full name; refuse an unknown topic, or one of another type."""

@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from busflow.bus.bus import Bus
+from busflow.bus.bus import Bus, BusObserver
 from busflow.bus.subscription import Subscription
 from busflow.clock import NS_PER_S, Clock
 
@@ -21,13 +21,13 @@ class LinkFault:
     links: list[_FaultyLink] = field(default_factory=list["_FaultyLink"])
 
 
-class Faults:
+class Faults(BusObserver):
     """Injected faults of the topics of a bus, carried out by a link in each subscription of such a topic."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
         self._faults: dict[str, LinkFault] = {}
-        bus.on_attach.append(self._on_attach)
+        bus.observe(self)
 
     def delay(self, topic: str, seconds: float) -> None:
         """Delay messages that are published from now on."""
@@ -56,9 +56,10 @@ class Faults:
                 self._interpose(cast("Subscription[Any]", subscription))
         return self._faults[topic]
 
-    def _on_attach(self, attached: object) -> None:
-        if isinstance(attached, Subscription) and attached.topic in self._faults:
-            self._interpose(cast("Subscription[Any]", attached))
+    def subscription_added(self, subscription: Subscription[Any]) -> None:
+        """Carry out a topic's fault for a new subscription too."""
+        if subscription.topic in self._faults:
+            self._interpose(subscription)
 
     def _interpose(self, subscription: Subscription[Any]) -> None:
         if subscription.link is None:

@@ -26,12 +26,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from busflow.bus.publisher import Publisher
+from busflow.bus.bus import BusObserver
 from busflow.bus.services.call import Call
-from busflow.bus.services.client import Client
-from busflow.bus.services.server import Server
+from busflow.bus.services.service import Service
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
+from busflow.bus.topic import Topic
 from busflow.clock import NS_PER_S
 from busflow.interfaces.message import Message, type_name
 from busflow.log import LogRecord
@@ -44,7 +44,7 @@ _REMEMBERED = 1024
 """Most messages whose hash is kept, since each delivery asks for it again."""
 
 
-class Trace(Extension):
+class Trace(Extension, BusObserver):
     """Writes the lines of one graph, from before it starts to its end."""
 
     def __init__(self, graph: Graph, write: Callable[[str], object]) -> None:
@@ -53,9 +53,8 @@ class Trace(Extension):
         self._clock = graph.clock
         self._bus = graph.bus
         self._published: Counter[str] = Counter()
-        self._services: set[str] = set()
         self._hashes: dict[int, tuple[Message, str]] = {}
-        graph.bus.on_attach.append(self._on_attach)
+        graph.bus.observe(self)
         graph.log.sinks.append(self._on_log)
         graph.attach(self)
 
@@ -63,16 +62,27 @@ class Trace(Extension):
         """Write that a node is about to be restarted."""
         self._add("restart", supervisor.name, f"#{supervisor.restarts + supervisor.started_by_hand}")
 
-    def _on_attach(self, attached: object) -> None:
-        if isinstance(attached, Timer):
-            attached.observe(lambda: self._add("timer", attached.node, attached.name))
-        if isinstance(attached, ParameterStore):
-            attached.on_change.append(lambda _old, result: self._on_parameters(attached.node, result))
-        if isinstance(attached, Publisher | Subscription):
-            self._on_end(cast("Publisher[Any] | Subscription[Any]", attached))
-        if isinstance(attached, Server | Client) and attached.service not in self._services:
-            self._services.add(attached.service)
-            self._bus.services[attached.service].taps.append(self._on_call)
+    def topic_added(self, topic: Topic[Any]) -> None:
+        """Write what is published from now on."""
+        self._bus.tap(topic, lambda message: self._on_publish(topic.name, message))
+
+    def subscription_added(self, subscription: Subscription[Any]) -> None:
+        """Write what is delivered, and what is lost."""
+        topic, node = subscription.topic, subscription.endpoint.node
+        subscription.observe(lambda message: self._add("deliver", topic, node, self._hash(message)))
+        subscription.observe_drops(lambda reason: self._add("drop", topic, node, reason))
+
+    def service_added(self, service: Service[Any, Any]) -> None:
+        """Write requests and replies."""
+        service.taps.append(self._on_call)
+
+    def timer_added(self, timer: Timer) -> None:
+        """Write ticks."""
+        timer.observe(lambda: self._add("timer", timer.node, timer.name))
+
+    def parameters_added(self, store: ParameterStore) -> None:
+        """Write changes of parameters."""
+        store.on_change.append(lambda _old, result: self._on_parameters(store.node, result))
 
     def _on_call(self, call: Call[Any, Any]) -> None:
         outcome = call.outcome
@@ -82,17 +92,6 @@ class Trace(Extension):
             kind = "reply"
             shown = self._hash(outcome) if isinstance(outcome, Message) else type(outcome).__name__
         self._add(kind, call.service, call.caller, f"#{call.number}", shown)
-
-    def _on_end(self, end: Publisher[Any] | Subscription[Any]) -> None:
-        """Listen to an endpoint of a topic, and to the topic from its first endpoint on."""
-        topic = end.topic
-        if topic not in self._published:
-            self._published[topic] = 0
-            self._bus.tap(self._bus.topics[topic], lambda message: self._on_publish(topic, message))
-        if isinstance(end, Subscription):
-            node = end.endpoint.node
-            end.observe(lambda message: self._add("deliver", topic, node, self._hash(message)))
-            end.observe_drops(lambda reason: self._add("drop", topic, node, reason))
 
     def _on_publish(self, topic: str, message: Message) -> None:
         self._published[topic] += 1

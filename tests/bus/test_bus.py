@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from busflow.bus.bus import Bus
+from busflow.bus.bus import Bus, BusObserver
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.inbox import INBOX_DEPTH
 from busflow.bus.publisher import Publisher
@@ -56,14 +56,27 @@ async def test_incompatible_qos_is_refused(golden, make_bench, publisher_first):
 
 
 @virtual_time
-async def test_on_attach_precedes_the_first_message(make_bench):
-    bench, received = make_bench(), []
+async def test_observer_gets_topics_first_and_then_each_end(make_bench):
+    bench, seen = make_bench(), []
+
+    class Observer(BusObserver):
+        def topic_added(self, topic):
+            seen.append(("topic", topic.name, topic.publishers_added, topic.subscriptions_added))
+
+        def publisher_added(self, publisher):
+            seen.append(("publisher", publisher.topic))
+
+        def subscription_added(self, subscription):
+            seen.append(("subscription", subscription.topic))
+
     latched = {"durability": "transient_local"}
     bench.publisher(**latched).publish(number(1))
-    bench.bus.on_attach.append(lambda attached: received.append((type(attached).__name__, attached.topic)))
-    bench.subscription(**latched)
-    bench.publisher(**latched)
-    assert received == [("Subscription", "/number"), ("Publisher", "/number")]
+    bench.bus.observe(Observer())
+    assert seen == [("topic", "/number", 1, 0)]
+    bench.subscription(lambda message: seen.append(message.data), **latched)
+    bench.publisher("/other")
+    await settle()
+    assert seen[1:] == [("subscription", "/number"), ("topic", "/other", 0, 0), ("publisher", "/other"), 1]
 
 
 # The account.

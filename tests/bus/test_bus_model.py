@@ -10,6 +10,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
+from busflow.bus.bus import BusObserver
 from busflow.bus.events import MessageLost, PublisherMatched, SubscriptionMatched
 from busflow.bus.expiry import message_of
 from busflow.bus.publisher import Publisher
@@ -119,18 +120,29 @@ class Waiting:
     cancelled: bool = False
 
 
+class Observer(BusObserver):
+    """Notes the values that each subscription hands over."""
+
+    def __init__(self, values):
+        self.values = values
+
+    def subscription_added(self, subscription):
+        subscription.observe(lambda message: self.values.setdefault(subscription, []).append(message.data))
+
+
 class BusModel(RuleBasedStateMachine):
     def __init__(self):
         super().__init__()
+        self.observed = {}
         self.runner = asyncio.Runner(loop_factory=VirtualLoop)
         self.loop = self.runner.get_loop()
         self.loop.set_task_factory(None)  # the usual one looks at all frames below, and they are many
         self.run = self.loop.run_until_complete
         self.bench = self.run(self.call(Bench))
         self.bus = self.bench.bus
-        self.bus.on_attach.append(self.observe)
+        self.bus.observe(Observer(self.observed))
         self.senders, self.receivers, self.waiting, self.gone, self.failed = [], [], [], [], []
-        self.tapped, self.values, self.observed = [], [], {}
+        self.tapped, self.values = [], []
         self.refused = self.next_value = 0
 
     async def call(self, act):
@@ -230,10 +242,6 @@ class BusModel(RuleBasedStateMachine):
             take(message)
 
         return {"pulled": None, "plain": take, "async": handle}[receiver.kind]
-
-    def observe(self, end):
-        if isinstance(end, Subscription):
-            end.observe(lambda message: self.observed.setdefault(end, []).append(message.data))
 
     def listen(self, one):
         one.events = []

@@ -4,6 +4,7 @@ import asyncio
 
 import pytest
 
+from busflow.bus.bus import BusObserver
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, LivelinessChanged, SubscriptionMatched
 from busflow.bus.qos import Overflow, QoS
@@ -381,8 +382,15 @@ async def test_successor_keeps_deadline_and_link(make_bench):
     bench, events, changes = make_bench(), [], []
     publisher = bench.publisher(deadline_s=1)
     before = bench.subscription(lambda _message: None, deadline_s=1, depth=1)
-    bench.bus.on_detach.append(lambda end: changes.append(("left", end)))
-    bench.bus.on_attach.append(lambda end: changes.append(("came", end)))
+
+    class Changes(BusObserver):
+        def subscription_added(self, subscription):
+            changes.append(("came", subscription))
+
+        def endpoint_removed(self, end):
+            changes.append(("left", end))
+
+    bench.bus.observe(Changes())
     publish(publisher, 1)
     await asyncio.sleep(0.6)
     after = Subscription(Int64, before.endpoint, lambda _message: None)

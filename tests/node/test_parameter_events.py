@@ -3,6 +3,7 @@
 import pytest
 
 from busflow import Durability, Node, Parameters, QoS, publisher, subscription, supervised
+from busflow.bus.bus import BusObserver
 from busflow.errors import LaunchError
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import Float64
@@ -74,16 +75,17 @@ async def test_without_a_listener_there_is_no_topic():
         assert "/parameter_events" not in lab.graph.bus.topics
 
 
-def shown(attached: object) -> None:
-    """Let other processes see the parameters of each node that is attached to a bus, as a mirror does."""
-    if isinstance(attached, ParameterStore):
-        attached.is_shown = True
+class Shows(BusObserver):
+    """Lets other processes see the parameters of each node, as a mirror does."""
+
+    def parameters_added(self, store: ParameterStore) -> None:
+        store.is_shown = True
 
 
 @virtual_time
 async def test_topic_is_there_where_others_look():
     lab = harness(Tuned)
-    lab.graph.bus.on_attach.append(shown)
+    lab.graph.bus.observe(Shows())
     async with lab:
         (publisher,) = lab.graph.bus.topics["/parameter_events"].publishers
         assert publisher.published == 0
@@ -134,7 +136,7 @@ async def test_topic_of_another_type_stops_no_node():
         numbers = publisher(Float64, "/parameter_events")
 
     lab = harness(Squatter, Tuned)
-    lab.graph.bus.on_attach.append(shown)
+    lab.graph.bus.observe(Shows())
     async with lab:
         (line,) = [each for each in lab.log if each.level == "warning"]
         assert (line.node, line.event) == ("/tuned", "a change of parameters is not announced")

@@ -8,7 +8,7 @@ from pydantic import Field
 from busflow import Graph, Node, Parameters, publisher, timer
 from busflow.msgs.std_msgs import Int64
 from busflow.node.node import runtime_of
-from busflow.processes.assignment import Memory, report_changes
+from busflow.processes.assignment import Memory, ParameterReports
 from busflow.testing import harness, virtual_time
 
 
@@ -41,7 +41,7 @@ async def told_of(*changes):
     """What the voice of a process says of its nodes' parameters, when these are set."""
     told = {}
     lab = harness(Sensor)
-    report_changes(lab.graph.bus, lambda each: told.update(json.loads(json.dumps(each))))
+    lab.graph.bus.observe(ParameterReports(lambda each: told.update(json.loads(json.dumps(each)))))
     async with lab:
         for change in changes:
             lab.set_parameters(Sensor, change)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from busflow.bus.bus import BusObserver
 from busflow.launchfile.load.load import load
 from busflow.launchfile.model.placement import placed
 from busflow.testing import harness, virtual_time
@@ -23,17 +24,20 @@ async def carried(file):
     """By topic, the hashes of all messages of half a second."""
     found = defaultdict(list)
     lab = harness(file, seed=7)
-    lab.graph.bus.on_attach.append(lambda end: tap(lab.graph.bus, found, end))
+    lab.graph.bus.observe(Taps(lab.graph.bus, found))
     async with lab:
         await lab.advance(0.5)
     return dict(found)
 
 
-def tap(bus, found, end):
-    topic = getattr(end, "topic", None)
-    if topic is not None and topic not in found and topic != "/rosout":
-        found[topic] = []
-        bus.tap(bus.topics[topic], lambda message: found[topic].append(content_hash(message)))
+class Taps(BusObserver):
+    def __init__(self, bus, found):
+        self.bus, self.found = bus, found
+
+    def topic_added(self, topic):
+        if topic.name != "/rosout":
+            hashes = self.found[topic.name]
+            self.bus.tap(topic, lambda message: hashes.append(content_hash(message)))
 
 
 @pytest.mark.parametrize("processes", [2, 4])

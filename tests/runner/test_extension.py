@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from busflow import Graph, Node, NodeFailed, supervised
+from busflow.bus.bus import BusObserver
 from busflow.clock import SimClock
 from busflow.errors import ExitCode, NotRunning
 from busflow.msgs.std_msgs import Int64
@@ -122,10 +123,11 @@ async def test_extensions_end_if_a_node_cannot_connect(golden):
     notes: list[str] = []
     graph = graph_of(sensor(notes), notes=notes)
 
-    def refuse(_attached: object) -> None:
-        raise OSError("there is no room")
+    class Refusal(BusObserver):
+        def parameters_added(self, _store: object) -> None:
+            raise OSError("there is no room")
 
-    graph.bus.on_attach.append(refuse)
+    graph.bus.observe(Refusal())
     with golden.raises(OSError):
         await graph.start()
     assert notes[3:] == ["three end", "two end", "one end"]

@@ -25,6 +25,7 @@ from busflow import (
     subscription,
     timer,
 )
+from busflow.bus.bus import BusObserver
 from busflow.clock import SimClock
 from busflow.errors import (
     ExitCode,
@@ -746,8 +747,13 @@ def test_embedding_program_may_be_the_publisher(monkeypatch):
 def test_another_thread_may_be_the_first_to_publish():
     async def main() -> tuple[set[int], int]:
         threads: set[int] = set()
+
+        class Watch(BusObserver):
+            def publisher_added(self, _publisher: object) -> None:
+                threads.add(threading.get_ident())
+
         async with launch(Listener) as graph:
-            graph.bus.on_attach.append(lambda _: threads.add(threading.get_ident()))
+            graph.bus.observe(Watch())
 
             def publish_from_there() -> None:
                 for data in range(3):

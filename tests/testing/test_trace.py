@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow import Node, Parameters, QoS, ServiceError, client, publisher, service, subscription, timer
+from busflow.bus.bus import BusObserver
 from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.msgs.std_msgs import Float64, Int64, String
 from busflow.msgs.std_srvs import Trigger
@@ -170,10 +171,15 @@ def test_a_parameter_that_changes_is_a_line():
 def test_extra_listeners_do_not_change_the_trace():
     plain = traced(Counter, Echo, Slow, seconds=2)
 
+    class Taps(BusObserver):
+        def __init__(self, bus):
+            self.bus = bus
+
+        def topic_added(self, topic):
+            self.bus.tap(topic, str)
+
     def tap(lab):
-        lab.graph.bus.on_attach.append(
-            lambda each: hasattr(each, "topic") and lab.graph.bus.tap(lab.graph.bus.topics[each.topic], str)
-        )
+        lab.graph.bus.observe(Taps(lab.graph.bus))
 
     assert traced(Counter, Echo, Slow, seconds=2, also=tap) == plain
 

@@ -7,7 +7,7 @@ server it calls `bus.service(name, type, origin).join(answerer)`, and `leave` wh
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
@@ -39,7 +39,7 @@ class Service(DeliverySource, Generic[Req, Res]):
         service_type: type[ServiceType],
         clock: Clock,
         known: Mapping[str, Service[Any, Any]],
-        on_leave: Sequence[Callable[[Any], None]] = (),
+        on_leave: Callable[[Answerer | Asker], object],
     ) -> None:
         """Create a service without a server.
 
@@ -195,17 +195,13 @@ class Service(DeliverySource, Generic[Req, Res]):
         account = server.statistics()
         if account is not None:
             _enter(self._gone_servers, account)
-            self._notify_left(server)
+            self._on_leave(server)
 
     def forget_client(self, client: Asker) -> None:
         """Remove a client; its counts stay."""
         self.clients.remove(client)
         _enter(self._gone_clients, client.statistics())
-        self._notify_left(client)
-
-    def _notify_left(self, end: Any) -> None:
-        for on_leave in self._on_leave:
-            on_leave(end)
+        self._on_leave(client)
 
     def statistics(self) -> ServiceStatistics:
         """Return the current counts of servers and clients, one each per node over all its starts."""

@@ -12,18 +12,15 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from busflow.actions.names import action_of
+from busflow.bus.bus import BusObserver
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT, Endpoint
 from busflow.bus.patterns import Selection
-from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
-from busflow.bus.services.client import Client
-from busflow.bus.services.server import Server
-from busflow.bus.timer import Timer
 from busflow.bus.topic_origins import Origins
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
 from busflow.node import parameter_messages
-from busflow.node.parameter_store import ParameterChange, ParameterStore, SetResult
+from busflow.node.parameter_store import ParameterChange
 from busflow.recording.recorder.channels import Track, Tracks
 from busflow.recording.recorder.ticks import TICKS, tick_message
 from busflow.runner.rosout import log_message
@@ -31,13 +28,16 @@ from busflow.runner.service_events import SUFFIX, event_class, event_message, is
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
+    from busflow.bus.publisher import Publisher
     from busflow.bus.services.call import Call
+    from busflow.bus.services.service import Service
+    from busflow.bus.timer import Timer
     from busflow.bus.topic import Topic
     from busflow.clock import Clock
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec
     from busflow.log import LogRecord
-    from busflow.node.endpoints import Attached
+    from busflow.node.parameter_store import ParameterStore, SetResult
     from busflow.node.parameters import Parameters
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
@@ -46,7 +46,7 @@ _SERVICE_QOS = _TICKS_QOS = QoS()
 _LOG_QOS = _PARAMETERS_QOS = QoS(depth=1000)
 
 
-class Capture:
+class Capture(BusObserver):
     """The taps on a graph, or on a process's share of a run."""
 
     def __init__(
@@ -75,12 +75,13 @@ class Capture:
         self._take, self._miss = write, miss
         self._selection = Selection(spec.topics, spec.exclude)
         self._parameters = ParameterTrack(graph.clock)
-        self._seen: set[str] = set()
+        self._events: set[str] = set()
+        """Topics of the events of recorded services."""
         self._taps: list[tuple[Topic[Any], Callable[[Any], None]]] = []
 
     def begin(self) -> None:
         """Listen from now on; called before the first endpoint comes."""
-        self._graph.bus.on_attach.append(self._on_attach)
+        self._graph.bus.observe(self)
         if self._selection.includes(ROSOUT):
             from busflow.msgs.rcl_interfaces import Log as LogMessage
 
@@ -90,30 +91,18 @@ class Capture:
     def end(self) -> None:
         """Remove the taps."""
         bus = self._graph.bus
-        bus.on_attach.remove(self._on_attach)
+        bus.observers.remove(self)
         for topic, tap in self._taps:
             if tap in topic.taps:
                 bus.untap(topic, tap)
         if self._share is None:  # else the main process reports: a pattern unmatched here may match elsewhere
             self._report_unmatched()
 
-    def _on_attach(self, attached: Attached) -> None:
-        if isinstance(attached, ParameterStore):
-            self._follow_parameters(attached)
-        elif isinstance(attached, Timer):
-            self._follow_timer(attached)
-        elif isinstance(attached, Server | Client):
-            if attached.service not in self._seen:
-                self._seen.add(attached.service)
-                self._follow_service(attached.service)
-        else:
-            topic = self._graph.bus.topics[attached.topic]
-            if topic.name not in self._seen:
-                self._seen.add(topic.name)
-                self._follow_topic(topic)
-            track = self.tracks.by_topic.get(topic.name)
-            if track is not None and isinstance(attached, Publisher) and self._is_own(attached):
-                track.offer(attached.endpoint)
+    def publisher_added(self, publisher: Publisher[Any]) -> None:
+        """Note the QoS that a recorded topic's publisher offers."""
+        track = self.tracks.by_topic.get(publisher.topic)
+        if track is not None and self._is_own(publisher):
+            track.offer(publisher.endpoint)
 
     def _is_own(self, publisher: Publisher[Any]) -> bool:
         """Return whether messages of a publisher may be recorded here."""
@@ -125,9 +114,10 @@ class Capture:
         action = action_of(names[0])
         return self._selection.includes(*names) or (action is not None and self._selection.includes(action))
 
-    def _follow_topic(self, topic: Topic[Any]) -> None:
-        # The recorder itself records parameters and log, also without another subscription.
-        if topic.name in {PARAMETER_EVENTS, ROSOUT} or not self._selects(topic.name):
+    def topic_added(self, topic: Topic[Any]) -> None:
+        """Record a topic, if it is selected."""
+        # The recorder itself records parameters, log and calls, also without another subscription.
+        if topic.name in {PARAMETER_EVENTS, ROSOUT, *self._events} or not self._selects(topic.name):
             return
         track = self.tracks.add(topic.name, topic.type)
         latches = Latches(topic)
@@ -157,14 +147,14 @@ class Capture:
 
         return record
 
-    def _follow_service(self, name: str) -> None:
-        topic = name + SUFFIX
-        if not self._selects(name, topic):
+    def service_added(self, service: Service[Any, Any]) -> None:
+        """Record a service's calls, if it is selected."""
+        topic = service.name + SUFFIX
+        if not self._selects(service.name, topic):
             return
-        service = self._graph.bus.services[name]
         cls = event_class(service.type)
         track = self.tracks.add(topic, cls)
-        self._seen.add(topic)  # it has a publisher while another process listens, of the same events
+        self._events.add(topic)  # it has a publisher while another process listens, of the same events
         track.offered.append(_SERVICE_QOS)
         elsewhere: set[int] = set()  # calls of a server in another process, which records them
 
@@ -177,11 +167,13 @@ class Capture:
 
         service.taps.append(record)
 
-    def _follow_parameters(self, store: ParameterStore) -> None:
+    def parameters_added(self, store: ParameterStore) -> None:
+        """Record a node's parameters."""
         track = self.tracks.own(PARAMETER_EVENTS, ParameterEvent, _PARAMETERS_QOS)
         self._parameters.follow(store, partial(self._write, track))
 
-    def _follow_timer(self, timer: Timer) -> None:
+    def timer_added(self, timer: Timer) -> None:
+        """Record a timer's ticks."""
         track = self.tracks.own(TICKS, String, _TICKS_QOS)
         timer.observe(lambda: self._write(track, tick_message(timer, self._clock)))
 

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, cast
 
+from busflow.bus.bus import BusObserver
 from busflow.bus.endpoint import PARAMETER_EVENTS
-from busflow.bus.publisher import Publisher
 from busflow.clock import Duration, Time
 from busflow.errors import BagError, BusflowError, NodeFailed
 from busflow.interfaces.encoding.typesupport import TypeSupport
@@ -30,6 +30,8 @@ from busflow.recording.replay.ticks import ReplayClock
 from busflow.text import counted
 
 if TYPE_CHECKING:
+    from busflow.bus.publisher import Publisher
+    from busflow.bus.subscription import Subscription
     from busflow.interfaces.message import Message
     from busflow.recording.bag.bag import Bag
     from busflow.recording.bag.channel import Channel, Entry
@@ -40,7 +42,7 @@ EntryHandler = Callable[["Entry"], None]
 """Handles the recorded messages of one channel."""
 
 
-class Rerun:
+class Rerun(BusObserver):
     """A graph of the nodes that run again, and the recording that drives it."""
 
     def __init__(
@@ -81,7 +83,7 @@ class Rerun:
         self._initially_set: set[str] = set()
         """Nodes whose first recorded parameter event has been skipped."""
         self._began = past.started_ns > 0
-        graph.bus.on_attach.append(self._on_attach)
+        graph.bus.observe(self)
 
     async def run(self) -> None:
         """Run the nodes through the whole recording."""
@@ -184,13 +186,15 @@ class Rerun:
             text = f"a recorded change of parameters is refused now: {refused}"
             self._check.failed(node, entry.log_time_ns, text)
 
-    # Messages that the nodes publish.
+    # Messages that the nodes receive and publish.
 
-    def _on_attach(self, attached: object) -> None:
+    def subscription_added(self, subscription: Subscription[Any]) -> None:  # noqa: ARG002  # overrides
+        """Look again for the handlers of channels, since a node receives one more topic."""
         self._handlers.clear()
-        if not isinstance(attached, Publisher):
-            return
-        publisher = cast("Publisher[Any]", attached)
+
+    def publisher_added(self, publisher: Publisher[Any]) -> None:
+        """Compare a topic's messages with the recorded ones from a node's first publisher on."""
+        self._handlers.clear()
         topic = publisher.topic
         if publisher.endpoint.node not in self._nodes or topic in OF_THE_RUN or topic in self._published:
             return

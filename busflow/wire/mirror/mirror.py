@@ -11,23 +11,20 @@ threads are passed to it first.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Collection, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Collection, Generator, Mapping
+from contextlib import contextmanager, suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
 
+from busflow.bus.bus import BusObserver
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
-from busflow.bus.services.client import Client
-from busflow.bus.services.server import Server
 from busflow.bus.subscription import Subscription
-from busflow.bus.timer import Timer
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.typesupport import TypeSupport
-from busflow.node.parameter_store import ParameterStore
 from busflow.runner.service_events import SUFFIX
 from busflow.wire.mirror.connection import Connection
 from busflow.wire.mirror.outlet import Outlet
@@ -47,14 +44,17 @@ from busflow.wire.zenoh.session import links_of
 
 if TYPE_CHECKING:
     from busflow.bus.bus import AnyEndpoint
-    from busflow.node.endpoints import Attached
+    from busflow.bus.services.client import Client
+    from busflow.bus.services.server import Server
+    from busflow.bus.topic import Topic
+    from busflow.node.parameter_store import ParameterStore
     from busflow.runner.graph import Graph
     from busflow.wire.zenoh.run_directory import RunCard
 
 MirroredEndpoint = Publisher[Any] | Subscription[Any]
 
 
-class Mirror:
+class Mirror(BusObserver):
     """Shows a process's graph in a Zenoh session, and receives from the session."""
 
     def __init__(
@@ -113,8 +113,7 @@ class Mirror:
         self._loop = asyncio.get_running_loop()
         for supervisor in self._graph.supervisors:
             self._node_id(supervisor.name)
-        self._graph.bus.on_attach.append(self._on_attach)
-        self._graph.bus.on_detach.append(self._on_detach)
+        self._graph.bus.observe(self)
         answers = QuestionServer(
             self._session,
             self._process,
@@ -147,8 +146,7 @@ class Mirror:
         """Stop showing and receiving, and close the session."""
         bus = self._graph.bus
         if self._loop is not None:
-            bus.on_attach.remove(self._on_attach)
-            bus.on_detach.remove(self._on_detach)
+            bus.observers.remove(self)
         self._loop = None
         for publisher, outlet in self._outlets.items():
             publisher.send_through(None)
@@ -204,46 +202,68 @@ class Mirror:
         latched = any(end.topic == ROSOUT and end.qos.latched for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 
-    def _on_attach(self, attached: Attached) -> None:
+    def topic_added(self, topic: Topic[Any]) -> None:
+        """Keep the topic's last messages for other terminals."""
+        self._history.follow(topic)
+
+    def publisher_added(self, publisher: Publisher[Any]) -> None:
+        """Show a publisher; after a restart it takes the place of its predecessor."""
+        if publisher.endpoint.remote:
+            return
+        topic = publisher.topic
+        with self._showing(publisher.endpoint.origin):
+            former = _predecessor(publisher, self._outlets, self._graph.bus.topics[topic].publishers)
+            if former is None:
+                token, expected = self._token_of(publisher), self._presence.deepest(topic)
+                self._outlets[publisher] = Outlet(
+                    publisher, token, self._connection, expected=expected, on_open=self._presence.notify
+                )
+                self._suit_receivers(topic)
+            else:
+                self._outlets[publisher] = outlet = self._outlets.pop(former)
+                outlet.follow(publisher)
+
+    def subscription_added(self, subscription: Subscription[Any]) -> None:
+        """Show a subscription, and connect it with the publishers of other processes."""
+        with self._showing(subscription.endpoint.origin):
+            present = self._graph.bus.topics[subscription.topic].subscriptions
+            former = _predecessor(subscription, self._subscriptions, present)
+            if former is None:
+                token = self._session.liveliness().declare_token(str(self._token_of(subscription)))
+            else:
+                token = self._subscriptions.pop(former)
+            self._subscriptions[subscription] = token
+            self._remote_publishers.serve(subscription, former)
+
+    def server_added(self, server: Server[Any, Any]) -> None:
+        """Show a server."""
+        with self._showing(server.endpoint.origin):
+            self._services.attach_server(server)
+            self._service_events.offer(server.service)
+
+    def client_added(self, client: Client[Any, Any]) -> None:
+        """Show a client, and connect it with a server of another process."""
+        with self._showing(client.endpoint.origin):
+            self._services.attach_client(client)
+            self._service_events.offer(client.service)
+
+    def parameters_added(self, store: ParameterStore) -> None:
+        """Answer for a node's parameters and log level."""
+        with self._showing("a node"):
+            store.is_shown = True
+            self._services.attach_parameters(store)
+            self._questions.parameter_log.follow(store)
+
+    @contextmanager
+    def _showing(self, origin: str) -> Generator[None]:
         try:
-            if isinstance(attached, Server | Client):
-                self._services.attach(attached)
-                self._service_events.offer(attached.service)
-            elif isinstance(attached, ParameterStore):
-                attached.is_shown = True
-                self._services.attach_parameters(attached)
-                self._questions.parameter_log.follow(attached)
-            elif isinstance(attached, Publisher | Subscription) and not attached.endpoint.remote:
-                self._show(attached)
+            yield
         except Exception as error:  # noqa: BLE001  # a node runs even if others cannot see it
-            origin = "a node" if isinstance(attached, ParameterStore | Timer) else attached.endpoint.origin
             self._log.warning(f"other processes do not see {origin}: {type(error).__name__}: {error}")
         self._presence.notify()
 
-    def _show(self, end: MirroredEndpoint) -> None:
-        topic = self._graph.bus.topics[end.topic]
-        self._history.follow(topic)
-        if isinstance(end, Publisher):
-            former = _predecessor(end, self._outlets, topic.publishers)
-            if former is None:
-                token = self._token_of(end)
-                expected = self._presence.deepest(end.topic)
-                self._outlets[end] = Outlet(
-                    end, token, self._connection, expected=expected, on_open=self._presence.notify
-                )
-                self._suit_receivers(end.topic)
-            else:
-                self._outlets[end] = outlet = self._outlets.pop(former)
-                outlet.follow(end)
-            return
-        former = _predecessor(end, self._subscriptions, topic.subscriptions)
-        if former is None:
-            self._subscriptions[end] = self._session.liveliness().declare_token(str(self._token_of(end)))
-        else:
-            self._subscriptions[end] = self._subscriptions.pop(former)
-        self._remote_publishers.serve(end, former)
-
-    def _on_detach(self, end: AnyEndpoint) -> None:
+    def endpoint_removed(self, end: AnyEndpoint) -> None:
+        """Stop showing an endpoint."""
         if isinstance(end, Publisher | Subscription):
             self._left.setdefault(end.endpoint.node, set()).add(end.topic)
         if isinstance(end, Publisher):

@@ -58,18 +58,21 @@ class ServiceMirror:
         """The number of tokens that show local endpoints."""
         return sum(map(len, self._shown.values()))
 
-    def attach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
-        """Show an endpoint of a service; connect a client with a server of another process, if there is one."""
-        kind = TokenKind.SERVICE if isinstance(end, Server) else TokenKind.CLIENT
-        name = end.endpoint.service
-        token = self._make_token(kind, end.endpoint.node, name, self._supports(end.type), _QOS)
-        if isinstance(end, Server):  # it answers before it is shown, since a client may call at once
-            self._outlets[end] = [self._outlet_of(self._bus.services[name])]
+    def attach_server(self, server: Server[Any, Any]) -> None:
+        """Show a server; it answers before it is shown, since a client may call at once."""
+        self._outlets[server] = [self._outlet_of(self._bus.services[server.service])]
+        self._show(server, TokenKind.SERVICE)
+
+    def attach_client(self, client: Client[Any, Any]) -> None:
+        """Show a client, and connect it with a server of another process, if there is one."""
+        self._gids[client.service] = self._show(client, TokenKind.CLIENT).gid
+        for remote in [each for each in self._remote.values() if each.topic == client.service]:
+            self._admit(remote)
+
+    def _show(self, end: Server[Any, Any] | Client[Any, Any], kind: TokenKind) -> Token:
+        token = self._make_token(kind, end.endpoint.node, end.service, self._supports(end.type), _QOS)
         self._shown[end] = [self._session.liveliness().declare_token(str(token))]
-        if isinstance(end, Client):
-            self._gids[name] = token.gid
-            for remote in [each for each in self._remote.values() if each.topic == name]:
-                self._admit(remote)
+        return token
 
     def attach_parameters(self, store: ParameterStore) -> None:
         """Answer ROS 2's services for a node's parameters and log level; a restart replaces the former store."""

@@ -20,7 +20,9 @@ from busflow import (
     client,
     service,
 )
+from busflow.bus.bus import BusObserver
 from busflow.bus.services.call import Call
+from busflow.bus.services.service import Service
 from busflow.errors import DuplicateServer, LaunchError
 from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.testing import explore, harness, virtual_time
@@ -141,17 +143,31 @@ def test_names_are_expanded_and_remapped_as_topics_are(tmp_path):
 
 
 @virtual_time
-async def test_bus_callbacks_get_servers_and_clients():
+async def test_observer_gets_services_servers_and_clients():
     came, went = [], []
+
+    class Changes(BusObserver):
+        def service_added(self, service):
+            came.append((Service, service.name))
+
+        def server_added(self, server):
+            came.append((Server, server.service))
+
+        def client_added(self, client):
+            came.append((Client, client.service))
+
+        def endpoint_removed(self, end):
+            if isinstance(end, Server | Client):
+                went.append((type(end), end.service))
+
     async with harness(Adder, Asker) as lab:
-        lab.graph.bus.on_attach.append(came.append)
-        lab.graph.bus.on_detach.append(went.append)
+        lab.graph.bus.observe(Changes())
+        there, came[:] = set(came), ()
         await lab.call(Add, "adder/add")
         lab.node(Adder).create_service(Trigger, "later", lambda _: Trigger.Response())
-        ends = [(type(each), each.service) for each in came if isinstance(each, Server | Client)]
-        assert ends == [(Client, "/adder/add"), (Server, "/later")]
-    names = {(type(each).__name__, each.service) for each in went if isinstance(each, Server | Client)}
-    assert {("Server", "/adder/add"), ("Client", "/adder/add"), ("Client", "/adder/ad")} <= names
+        assert {(Service, "/adder/add"), (Service, "/adder/ad")} <= there
+        assert came == [(Client, "/adder/add"), (Service, "/later"), (Server, "/later")]
+    assert {(Server, "/adder/add"), (Client, "/adder/add"), (Client, "/adder/ad")} <= {*went}
 
 
 class Elsewhere:

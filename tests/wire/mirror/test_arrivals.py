@@ -191,7 +191,7 @@ async def test_a_publisher_back_at_once_stays(linked):
 
 
 async def test_a_full_record_forgets_its_oldest_entries():
-    arrivals = Arrivals(topic := Topic("/map", Int64, SystemClock()))
+    arrivals = Arrivals(topic := Topic("/map", Int64, SystemClock(), print))
     many = [number.to_bytes(16, "big") for number in range(1, 300)]
     for gid in many:
         assert arrivals.note(gid, 1)
@@ -205,7 +205,7 @@ async def test_a_full_record_forgets_its_oldest_entries():
 
 
 async def test_a_publisher_that_counts_anew_loses_none():
-    topic = Topic("/map", Int64, SystemClock())
+    topic = Topic("/map", Int64, SystemClock(), print)
     numbers = Arrivals(topic)
     assert all(numbers.note(bytes(16), number) for number in (7, 2**62, 2**62 + 2, 8, 10))
     assert topic.losses == {"lost": 2}
@@ -215,7 +215,7 @@ async def test_a_publisher_that_counts_anew_loses_none():
 
 
 async def test_kept_messages_count_once_however_they_come():
-    arrivals, gid = Arrivals(topic := Topic("/map", Int64, SystemClock())), bytes(16)
+    arrivals, gid = Arrivals(topic := Topic("/map", Int64, SystemClock(), print)), bytes(16)
     arrivals.note_kept(gid, [1, 2, 3])
     arrivals.note_kept(gid, [2, 3, 4])
     assert topic.statistics().published == topic.statistics().arrived == 4
@@ -232,7 +232,7 @@ async def test_kept_messages_count_once_however_they_come():
 
 
 async def test_kept_messages_of_many_publishers_are_forgotten():
-    arrivals = Arrivals(topic := Topic("/map", Int64, SystemClock()))
+    arrivals = Arrivals(topic := Topic("/map", Int64, SystemClock(), print))
     many = [number.to_bytes(16, "big") for number in range(1, 600)]
     for gid in many:
         arrivals.note_kept(gid, [1])
