@@ -30,7 +30,7 @@ class TypedValues:
             LaunchError: They are not YAML.
             InvalidInput: They do not fit the type; a caret shows which value.
         """
-        self._value = parse(text.encode(errors="surrogatepass") if text.strip() else b"{}", _LABEL)
+        self._value = parse(text.encode(errors="surrogateescape") if text.strip() else b"{}", _LABEL)
         self._shape = shape
         if not isinstance(self._value.content, dict):
             place = self._value.origin.place
