@@ -212,11 +212,16 @@ def subscription(
             raise InvalidDeclaration(f"@subscription(…) takes nothing more but qos=QoS(depth=…), got {topic!r}")
         return HandlerDecorator(SubscriptionRole(message_type, checked_qos(qos, "@subscription(…)")))
     if not isinstance(message_type, type):  # type: ignore[redundant-expr]  # users without a type checker
-        name = getattr(message_type, "__name__", "the method")
-        raise InvalidDeclaration(f'@subscription needs a topic\'s name: write @subscription("imu/data") above {name}')
+        raise _bare("@subscription", "a topic's name", '"imu/data"', message_type)
     if topic is None:
         raise InvalidDeclaration(f"subscription({message_type.__name__}, …) needs the topic's name after the type")
     return PullDeclaration(message_type, topic, qos)
+
+
+def _bare(decorator: str, needs: str, example: str, method: object) -> InvalidDeclaration:
+    """Return the error of a decorator without its arguments."""
+    name = getattr(method, "__name__", "the method")
+    return InvalidDeclaration(f"{decorator} needs {needs}: write {decorator}({example}) above {name}")
 
 
 def on_event(topic: str) -> HandlerDecorator:
@@ -224,6 +229,8 @@ def on_event(topic: str) -> HandlerDecorator:
 
     Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
     """
+    if callable(topic):  # users without a type checker
+        raise _bare("@on_event", "a topic's name", '"imu/data"', topic)
     return HandlerDecorator(EventRole(checked_name(topic, "@on_event(…)", "topic")))
 
 
@@ -256,6 +263,8 @@ def service(
         name: The service's name; without one the call is refused in words.
         depth: How many requests may wait; the next one is refused at once.
     """
+    if isinstance(service_type, FunctionType):  # pyright: ignore[reportUnnecessaryIsInstance]  # users without a type checker
+        raise _bare("@service", "a service type and a name", 'Trigger, "~/reset"', service_type)
     checked = checked_service_type(service_type, "@service")
     return _ServiceDecorator(
         ServiceRole(checked, checked_name(name, f"@service({checked.__name__}, …)", "service"), depth)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from busflow import Node, ServiceType, client, service, subscription, timer
+from busflow import Node, ServiceType, client, on_event, service, subscription, timer
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
 from busflow.msgs.std_msgs import Int64
@@ -136,6 +136,14 @@ def test_a_service_without_type_or_name_is_explained(golden):
         service("~/reset")
     with golden.raises(InvalidDeclaration):
         service(Trigger)
+
+
+@pytest.mark.parametrize("decorator", [subscription, on_event, service])
+def test_decorator_without_its_arguments_is_explained(decorator, golden):
+    def on(self, message): ...
+
+    with golden.raises(InvalidDeclaration):
+        decorator(on)
 
 
 def test_a_swapped_subscription_is_put_right(golden):
