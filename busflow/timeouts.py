@@ -7,7 +7,8 @@ that a user states in a launch file or in a call, and times of the run's clock, 
 from __future__ import annotations
 
 import os
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple, TypeVar
 
 from busflow.errors import InvalidInput, Problem
 from busflow.text import did_you_mean, printable
@@ -16,6 +17,8 @@ VARIABLE = "BUSFLOW_TIMEOUTS"
 """The environment variable that sets some of them in tests: `BUSFLOW_TIMEOUTS='import_warning=inf,grace=20'`."""
 _LONGEST = 86_400.0
 """The limit that stands for infinity: not every wait of a thread takes infinity, and no test lasts a day."""
+
+Limits = TypeVar("Limits", bound=NamedTuple)
 
 
 class Timeouts(NamedTuple):  # a dataclass of so many fields takes 2 ms to make, at each start
@@ -156,7 +159,7 @@ class Timeouts(NamedTuple):  # a dataclass of so many fields takes 2 ms to make,
 
     def but(self, **limits: float) -> Timeouts:
         """Return the same limits with others for some names; infinity becomes a day."""
-        return self._replace(**{name: min(limit, _LONGEST) for name, limit in limits.items()})
+        return _replaced(self, limits)
 
     def changed(self) -> dict[str, float]:
         """Return the limits that differ from the defaults, with which `Timeouts(**changed)` is the same."""
@@ -164,8 +167,8 @@ class Timeouts(NamedTuple):  # a dataclass of so many fields takes 2 ms to make,
         return {name: limit for name, limit in self._asdict().items() if limit != defaults[name]}
 
 
-def stated(text: str) -> Timeouts:
-    """Return the defaults with the limits of a text such as `import_warning=inf,grace=20`.
+def stated(text: str, defaults: Limits, variable: str = VARIABLE) -> Limits:
+    """Return the defaults, e.g. `Timeouts()`, with the limits of a text such as `import_warning=inf,grace=20`.
 
     Raises:
         InvalidInput: A name is unknown, or a limit is not a number of seconds from 0 to infinity.
@@ -173,21 +176,27 @@ def stated(text: str) -> Timeouts:
     limits: dict[str, float] = {}
     for part in filter(str.strip, text.split(",")):
         name, _, value = (word.strip() for word in part.partition("="))
-        if name not in Timeouts._fields:
-            raise _refused(f"no limit is named {printable(repr(name), limit=60)}", did_you_mean(name, Timeouts._fields))
+        if name not in defaults._fields:
+            fix = did_you_mean(name, defaults._fields)
+            raise _refused(variable, f"no limit is named {printable(repr(name), limit=60)}", fix)
         try:
             limits[name] = float(value)
         except ValueError:
             limits[name] = -1.0
         if not limits[name] >= 0:  # nor is it NaN
             got = printable(repr(value), limit=60)
-            raise _refused(f"{name} must be a number of seconds from 0 to inf, got {got}", f"write {name}=20")
-    return Timeouts().but(**limits)
+            why = f"{name} must be a number of seconds from 0 to inf, got {got}"
+            raise _refused(variable, why, f"write {name}=20")
+    return _replaced(defaults, limits)
 
 
-def _refused(why: str, fix: str) -> InvalidInput:
-    return InvalidInput(Problem("timeouts", f"{VARIABLE}: {why}", fix))
+def _replaced(limits: Limits, others: Mapping[str, float]) -> Limits:
+    return limits._replace(**{name: min(limit, _LONGEST) for name, limit in others.items()})
 
 
-current: Timeouts = stated(os.environ.get(VARIABLE, ""))
+def _refused(variable: str, why: str, fix: str) -> InvalidInput:
+    return InvalidInput(Problem("timeouts", f"{variable}: {why}", fix))
+
+
+current: Timeouts = stated(os.environ.get(VARIABLE, ""), Timeouts())
 """The limits of this process; a worker process has the same limits as the process that started it."""

@@ -215,7 +215,7 @@ def unhurried() -> Iterator[None]:
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(timeouts.VARIABLE, "grace=20,import_warning=inf,processes_warning=inf,processes_start=inf")
-        patch.setattr(timeouts, "current", timeouts.stated(os.environ[timeouts.VARIABLE]))
+        patch.setattr(timeouts, "current", timeouts.stated(os.environ[timeouts.VARIABLE], timeouts.Timeouts()))
         yield
 
 

@@ -11,13 +11,13 @@ from busflow.timeouts import VARIABLE, Timeouts, stated
 
 
 def test_text_sets_limits_and_keeps_the_others():
-    assert stated("") == stated(" , ") == Timeouts()
-    assert stated("grace=20, import_warning = inf") == Timeouts(grace=20, import_warning=86_400)
-    assert stated("grace=0,grace=1").changed() == {"grace": 1.0}
+    assert stated("", Timeouts()) == stated(" , ", Timeouts()) == Timeouts()
+    assert stated("grace=20, import_warning = inf", Timeouts()) == Timeouts(grace=20, import_warning=86_400)
+    assert stated("grace=0,grace=1", Timeouts()).changed() == {"grace": 1.0}
 
 
 def test_infinity_is_a_day_that_every_wait_takes():
-    assert stated("slow_reader=inf").slow_reader == 86_400
+    assert stated("slow_reader=inf", Timeouts()).slow_reader == 86_400
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,7 @@ def test_infinity_is_a_day_that_every_wait_takes():
 )
 def test_wrong_name_or_limit_is_refused(text, why, fix):
     with pytest.raises(InvalidInput) as caught:
-        stated(text)
+        stated(text, Timeouts())
     problem = caught.value.problem
     assert (problem.code, problem.fix) == ("timeouts", fix)
     assert why in problem.message

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from busflow import TRANSIENT_LOCAL, Node, Parameters, publisher, service, subscription
+from busflow_assistant import timeouts
 from busflow_assistant.answer import Answer
 from busflow_assistant.budget import HourlyBudget
 from busflow_assistant.conversions import citation_to_message, page_from_message
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 EXTRACTIVE = "extractive"
 WITH_EMBEDDINGS = "extractive+embeddings"
-READING_S = 10.0
-"""How long after its start the assistant waits for the pages, if a question about them comes first."""
 
 
 class AssistantParameters(Parameters):
@@ -115,7 +114,7 @@ class Assistant(Node):
 
     async def until_pages_are_read(self) -> None:
         """Wait for the pages, which arrive some moments after the start."""
-        left_s = self.started_s + READING_S - self.clock.seconds()
+        left_s = self.started_s + timeouts.current.reading - self.clock.seconds()
         with suppress(TimeoutError):
             async with asyncio.timeout(max(0.0, left_s)):
                 await self.pages_read.wait()

@@ -7,6 +7,7 @@ import pytest
 from busflow.cli import main
 from busflow.recording.bag import Bag
 from busflow.testing import harness, replay, virtual_time
+from busflow_assistant import timeouts
 from busflow_assistant.assistant import Assistant
 from busflow_assistant.messages import AnswerPart, AskText, Exchange
 from busflow_assistant.page_index import PageIndex
@@ -39,7 +40,8 @@ async def test_first_question_waits_until_pages_are_read():
 
 
 @virtual_time
-async def test_without_pages_a_question_is_refused():
+async def test_without_pages_a_question_is_refused(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(timeouts, "current", timeouts.Timeouts())
     async with harness(Assistant()) as lab:
         response = await lab.call(
             AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"), timeout=20.0

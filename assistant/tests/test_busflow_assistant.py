@@ -3,7 +3,7 @@
 Those without a test module of their own are `answer.py`, `answer_kinds.py`, `budget.py`, `code_lines.py`, `compose.py`,
 `conversions.py`, `evidence.py`, `features.py`, `fusion.py`, `lexicon.py`, `matching.py`, `messages.py`, `orders.py`,
 `page_files.py`, `passages.py`, `patterns.py`, `rank.py`, `refuse.py`, `search_index.py`, `sentences.py` and
-`words.py`.
+`words.py`. `timeouts.py` is tested by what waits.
 `python benchmarks/assistant.py` prints the whole table.
 """
 

@@ -18,6 +18,7 @@ from busflow.cli.commands import Selection
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import BusflowError, MalformedMessage
 from busflow.text import counted
+from busflow_ui import timeouts
 from busflow_ui.foxglove import protocol
 from busflow_ui.foxglove.catalogue import Catalogue, Change
 from busflow_ui.foxglove.connections import Connections
@@ -25,7 +26,7 @@ from busflow_ui.foxglove.parameters import RunParameters
 from busflow_ui.foxglove.protocol import Level
 from busflow_ui.foxglove.publications import ENCODINGS
 from busflow_ui.foxglove.viewer import Viewer
-from busflow_ui.foxglove.websocket_server import CLOSING_S, name_of
+from busflow_ui.foxglove.websocket_server import name_of
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -286,7 +287,7 @@ class Bridge:
     async def announce_end(self) -> None:
         """Notify all viewers that the run has ended."""
         self._send_status(Level.ERROR, f"the run {self.peer.run.name} has ended")
-        await self._clock.sleep(CLOSING_S / 3)  # for what is on its way
+        await self._clock.sleep(timeouts.current.last_words)
 
     def _send_status(self, level: Level, sentence: str) -> None:
         self._send_all(protocol.status(level, sentence, id_=_STATE))

@@ -20,6 +20,7 @@ from websockets.protocol import State
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceUnavailable
 from busflow.text import counted, printable
+from busflow_ui import timeouts
 from busflow_ui.foxglove import protocol
 from busflow_ui.foxglove.assets import AssetSender
 from busflow_ui.foxglove.connections import Connections
@@ -46,7 +47,6 @@ _MOST_ANSWERS = 4096
 _MOST_ANSWER_BYTES = 64 * 1024 * 1024
 """Most other waiting bytes: a viewer that requests more without reading is disconnected."""
 _MOST_CALLS = 16
-_CALL_S = 30.0
 _GATHER_S = 0.016
 """Longest that a message waits for others, to be sent with them: waking up and writing cost more than all else.
 
@@ -361,7 +361,7 @@ class Viewer:
             if len(self._calls) > _MOST_CALLS:
                 raise ServiceUnavailable(f"{_MOST_CALLS} calls are under way")
             payload = offer.kind.request.without_surplus(request.payload)
-            question = partial(self._run.peer.call_bytes, offer.kind, payload, timeout_s=_CALL_S)
+            question = partial(self._run.peer.call_bytes, offer.kind, payload, timeout_s=timeouts.current.call)
             payload = await self._run.call(question)
         except BusflowError as error:
             ids = {"serviceId": request.service, "callId": request.call}

@@ -18,6 +18,7 @@ from websockets.typing import Subprotocol
 
 from busflow.errors import InvalidInput, Problem
 from busflow.text import printable
+from busflow_ui import timeouts
 from busflow_ui.foxglove.protocol import SUBPROTOCOLS
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
     from websockets.http11 import Request, Response
 
-CLOSING_S = 0.3
 """Time that a viewer may take to close its connection."""
 _MOST_FRAME = 16 * 1024 * 1024
 """Largest message that a viewer may send."""
@@ -97,7 +97,7 @@ class WebSocketServer:
                 process_response=self._add_headers,
                 server_header=None,
                 compression=None,  # on one machine it only costs time
-                close_timeout=CLOSING_S,
+                close_timeout=timeouts.current.closing,
                 max_size=_MOST_FRAME,
                 logger=_LOG,
                 ssl=self._certificate,
@@ -116,7 +116,7 @@ class WebSocketServer:
         if self._server is not None:
             self._server.close()
             with suppress(TimeoutError):
-                async with asyncio.timeout(CLOSING_S):
+                async with asyncio.timeout(timeouts.current.closing):
                     await self._server.wait_closed()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:

@@ -17,6 +17,7 @@ import busflow
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError, InspectionUnavailable, InvalidInput, Problem
 from busflow.text import printable
+from busflow_ui import timeouts
 from busflow_ui.foxglove import protocol
 from busflow_ui.foxglove.protocol import Level
 from busflow_ui.page_server.access import Access
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 _MOST_FRAME = 64 * 1024 * 1024
 """Largest message that is passed on: an image, or a point cloud."""
-_CONNECT_S = 5.0
-_AGAIN_S = 1.0
 _HARMLESS = (
     *(protocol.Subscribe, protocol.Unsubscribe, protocol.GetParameters),
     *(protocol.FollowParameters, protocol.FollowGraph),
@@ -78,14 +77,18 @@ class BridgeSource:
                     lost = {"name": self._url, "ended": {"reason": str(error)}}
                     await connection.send(frames.update("run", lost))
             with suppress(TimeoutError):
-                async with asyncio.timeout(_AGAIN_S):
+                async with asyncio.timeout(timeouts.current.reconnection):
                     await connection.wait_closed()
                     return
 
     @asynccontextmanager
     async def _connected(self) -> AsyncGenerator[ClientConnection]:
         names = [Subprotocol(each) for each in protocol.SUBPROTOCOLS]
-        options: dict[str, Any] = {"compression": None, "max_size": _MOST_FRAME, "open_timeout": _CONNECT_S}
+        options: dict[str, Any] = {
+            "compression": None,
+            "max_size": _MOST_FRAME,
+            "open_timeout": timeouts.current.connection,
+        }
         try:
             upstream = await connect(self._url, subprotocols=names, proxy=None, **options)
         except (OSError, TimeoutError, InvalidHandshake, InvalidURI) as error:

@@ -10,6 +10,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
 from busflow.errors import MalformedMessage
+from busflow_ui import timeouts
 from busflow_ui.foxglove.websocket_server import Pages, WebSocketServer, name_of
 from busflow_ui.questions import frames
 
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from busflow_ui.page_server.access import Access, PageAdmission, Tokens
     from busflow_ui.page_server.files import PageFiles
 
-_HELLO_S = 5.0
-"""Time that a page has for its first message."""
 _MOST_STRANGERS = 16
 """Most connections without a token, fewer than a run may have viewers: strangers keep few pages out."""
 WRONG_TOKEN = 4401
@@ -86,7 +85,7 @@ class PageServer:
     async def _access(self, connection: ServerConnection) -> Access | None:
         """Wait for the first message; return the rights that its token gives."""
         try:
-            async with asyncio.timeout(_HELLO_S):
+            async with asyncio.timeout(timeouts.current.hello):
                 message = await connection.recv()
             frame = frames.read(message)
         except (TimeoutError, ConnectionClosed, MalformedMessage):

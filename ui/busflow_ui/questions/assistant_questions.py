@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError, ServiceUnavailable
+from busflow_ui import timeouts
 from busflow_ui.questions import arguments as checked
 from busflow_ui.questions.cited_pages import Chapters, CitedPages
 
@@ -27,9 +28,6 @@ SERVICE_TYPE = "busflow_assistant/srv/AskText"
 MOST_SELECTION = 20_000
 """Largest selection in bytes; the assistant cuts it there too."""
 MOST_QUESTION = 2_000
-_ANSWER_S = 60.0
-_FIRST_S = 0.5
-"""Time in which the kept message of a topic comes."""
 _MOST_INDEX = 256 * 1024 * 1024
 _MOST_PARTS = 10_000
 _WORDS = ("id", "answer", "answered", "scope", "reason", "engine", "ms")
@@ -94,7 +92,9 @@ class AssistantQuestions:
         }
         self._waiting[number] = send_part
         try:
-            found = await self._bridge.call(lambda: self._bridge.peer.call(service, values, timeout_s=_ANSWER_S))
+            found = await self._bridge.call(
+                lambda: self._bridge.peer.call(service, values, timeout_s=timeouts.current.assistant)
+            )
         finally:
             del self._waiting[number]
         citations = [pages.placed(each) for each in found["citations"]]
@@ -130,7 +130,7 @@ class AssistantQuestions:
         listener = self._listening.enter_context(listening)
         feed = _Feed(offered, listener)
         if word != "tokens":
-            self._take(word, feed, _FIRST_S)
+            self._take(word, feed, timeouts.current.kept_message)
         return feed
 
     def _read_latched(self) -> None:

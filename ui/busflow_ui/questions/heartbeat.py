@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError
+from busflow_ui import timeouts
 
 if TYPE_CHECKING:
     from busflow.cli.commands import Peer
 
 _BEAT_S = 0.25
-_PATIENCE_S = 0.6
-"""Time for an answer. With a beat it is less than the second within which a hang is reported."""
 
 
 class Heartbeat:
@@ -46,7 +45,7 @@ class Heartbeat:
         asked_s = self._clock.seconds()
         asking = asyncio.get_running_loop().run_in_executor(self._asking, self._ask)
         while not asking.done():
-            await asyncio.wait([asking], timeout=_PATIENCE_S)
+            await asyncio.wait([asking], timeout=timeouts.current.silence)
             if not asking.done():
                 self._is_silent = True
                 self._on_change(round(self._clock.seconds() - asked_s, 1))

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.cli.commands import ActionPeer, action_named
 from busflow.errors import ActionUnavailable, GoalCanceled, GoalTimeout, MalformedMessage
 from busflow.text import printable
+from busflow_ui import timeouts
 from busflow_ui.foxglove.catalogue import written_form
 from busflow_ui.questions import arguments as checked
 
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 _MOST_GOALS = 8
 """Most goals of one page that have not ended: half of what it may ask at once, so that a cancel always has room."""
 _MOST_LIMIT_S = 86_400.0
-_ANSWER_S = 5.0
-"""Time for the answers whether a goal is accepted, and whether it is canceled."""
 
 SendPart = Callable[[object], None]
 
@@ -75,7 +74,7 @@ class PageGoals:
         """Cancel a goal of an action, of this page or of others; all of them where none is named: `{canceling}`."""
         name = checked.text(arguments, "action")
         goal_id = None if arguments.get("id") is None else _identifier(checked.text(arguments, "id"))
-        canceling = await self._bridge.call(lambda: self._client(name).cancel(goal_id, timeout_s=_ANSWER_S))
+        canceling = await self._bridge.call(lambda: self._client(name).cancel(goal_id, timeout_s=timeouts.current.goal))
         return {"canceling": canceling}
 
     def close(self) -> None:
@@ -102,7 +101,7 @@ class _SentGoal:
         """Send it, and wait for its end; blocks until then."""
         client = self._make_client()
         values = client.goal_type.decode(self._payload)
-        with client.sent(values, timeout_s=_ANSWER_S) as going:
+        with client.sent(values, timeout_s=timeouts.current.goal) as going:
             self._going = going
             self._on_accepted(str(going.id))
             if self._is_given_up:  # while it was sent
@@ -110,7 +109,8 @@ class _SentGoal:
             try:
                 state, result = going.result()
             except GoalCanceled:
-                going.cancel(timeout_s=_ANSWER_S)  # a server of ROS 2 would not notice that its client has gone
+                # A server of ROS 2 would not notice that its client has gone.
+                going.cancel(timeout_s=timeouts.current.goal)
                 raise
             payload = client.result_type.encode(result)
             return {"state": state, "result": b64encode(payload).decode(), "reason": going.remark}

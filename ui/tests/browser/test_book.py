@@ -16,7 +16,7 @@ import pytest
 
 from busflow.cli import main
 from tests.cli.conftest import LiveRun, Place
-from ui.tests.browser.conftest import AXE, PATIENCE_MS
+from ui.tests.browser.conftest import AXE, patient
 from ui.tests.page_server.conftest import Shown
 
 if not os.environ.get("CI"):  # where it has to be there
@@ -88,8 +88,7 @@ class BookStage:
         self.run.wait_for("All sensors operational")
 
     def opened(self, address: str) -> Any:
-        page = self.browser.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(PATIENCE_MS)
+        page = patient(self.browser.new_page(viewport={"width": 1280, "height": 800}))
         page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         own = (self.shown.url.removesuffix("/book"), "ws://127.0.0.1", "blob:", "file://", self.origin)
@@ -301,8 +300,7 @@ def test_a_long_selection_is_cut_and_said(stage: BookStage):
 def test_a_finger_has_the_button_too(stage: BookStage):
     context = stage.browser.new_context(viewport={"width": 390, "height": 800}, has_touch=True, is_mobile=True)
     with closing(context):
-        page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
+        page = patient(context.new_page())
         page.goto(f"{stage.shown.url}/odd.html#token={stage.shown.token}")
         page.wait_for_selector(".live-plot .live-panel")
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing leads out to the side"

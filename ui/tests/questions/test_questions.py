@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from busflow.errors import InspectionUnavailable, MalformedMessage, NoSuchTarget, NotAllowed
 from busflow.wire.client.graph_view import view
 from busflow.wire.zenoh.keys import Token, TokenKind
+from busflow_ui import timeouts
 from busflow_ui.questions import arguments, frames
 from busflow_ui.questions.allowance import Allowance
 from busflow_ui.questions.cited_pages import CitedPages
@@ -197,8 +198,9 @@ def test_the_first_look_has_no_rate():
 # The heartbeat.
 
 
-def test_a_long_silence_ends_with_an_answer():
+def test_a_long_silence_ends_with_an_answer(monkeypatch: pytest.MonkeyPatch):
     """The question that was asked during the silence fails; a later one is answered."""
+    monkeypatch.setattr(timeouts, "current", timeouts.current._replace(silence=0.1))
     answers_again = threading.Event()
 
     class Run:

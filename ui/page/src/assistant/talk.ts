@@ -2,6 +2,7 @@
 import { signal, type ReadonlySignal } from "@preact/signals";
 import type { AssistantAnswer } from "../connection/answers";
 import type { Questions } from "../connection/questions";
+import { limits } from "../limits";
 import { errorText } from "../store/text";
 
 /** What a question is about. */
@@ -31,8 +32,6 @@ export type TextStorage = Pick<Storage, "getItem" | "setItem">;
 
 const KEY = "busflow-talk";
 const MOST = 50;
-/** The server gives up by itself before. */
-const LIMIT_MS = 65_000;
 
 export class Talk {
   readonly #exchanges = signal<readonly Exchange[]>([]);
@@ -60,7 +59,7 @@ export class Talk {
       this.#change(key, { text });
     };
     try {
-      const answer = await questions.ask("ask_assistant", { question, selection, chapter }, LIMIT_MS, onPart);
+      const answer = await questions.ask("ask_assistant", { question, selection, chapter }, limits.assistant, onPart);
       this.#change(key, { text: answer.answer, phase: "answered", answer });
     } catch (error) {
       this.#change(key, { text: errorText(error), phase: "failed" });

@@ -1,5 +1,6 @@
 /** What every page of a book has, with a server or without: the theme, the search, the button that copies code. */
 import { effect } from "@preact/signals";
+import { limits } from "../limits";
 import { applyTheme, nextTheme, theme } from "../shell/theme";
 import { copiedText } from "./copying";
 import { addSearch } from "./search_box";
@@ -57,8 +58,6 @@ function plainButton(text: string): HTMLButtonElement {
   return button;
 }
 
-const COPIED_MS = 1500;
-
 function copyButton(figure: HTMLElement): HTMLElement {
   const button = plainButton("Copy");
   button.classList.add("code-copy");
@@ -68,7 +67,7 @@ function copyButton(figure: HTMLElement): HTMLElement {
     navigator.clipboard.writeText(copiedText(code.textContent, code.dataset.language)).then(
       () => {
         button.textContent = "Copied";
-        setTimeout(() => (button.textContent = "Copy"), COPIED_MS);
+        setTimeout(() => (button.textContent = "Copy"), limits.copied);
       },
       () => getSelection()?.selectAllChildren(code), // the browser forbids it: the code is selected, for Ctrl-C
     );

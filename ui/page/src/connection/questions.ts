@@ -1,8 +1,7 @@
 /** Questions: busflow's own questions to the run, each with a time limit, and those that are followed. */
 import type { Question, QuestionTable } from "./answers";
+import { limits } from "../limits";
 import type { Operation, ServerMessage } from "./protocol";
-
-const LIMIT_MS = 10_000;
 
 /** The run's refusal of a question, in its words. */
 export class QuestionError extends Error {}
@@ -38,7 +37,7 @@ export class Questions {
   ask<Q extends Question>(
     question: Q,
     args: QuestionTable[Q]["arguments"],
-    limitMs: number | null = LIMIT_MS,
+    limitMs: number | null = limits.answer,
     onPart?: (part: unknown) => void,
   ): Promise<QuestionTable[Q]["answer"]> {
     if (!this.#isOpen) return Promise.reject(new QuestionError("There is no connection to the run."));

@@ -1,14 +1,13 @@
 /** Observation: what a page has received of its run, and the moment at which all its panels look. */
 
 import { effect } from "@preact/signals";
+import { limits } from "../limits";
 import { Receiver } from "../messages/receiver";
 import type { Session } from "../store/session";
 import { Frames } from "./frames";
 import { Lines } from "./lines";
 import { Timeline } from "./timeline";
 import { WholeRecording, type AskOverview } from "./whole_recording";
-
-const OVERVIEW_MS = 60_000; // a large recording is read for seconds
 
 export class Observation {
   readonly timeline = new Timeline();
@@ -21,7 +20,7 @@ export class Observation {
     this.lines = new Lines(this.receiver, this.timeline, () => this.frames.request());
     const { questions } = session;
     if (questions !== undefined) {
-      const ask: AskOverview = (request) => questions.ask("overview", request, OVERVIEW_MS);
+      const ask: AskOverview = (request) => questions.ask("overview", request, limits.overview);
       new WholeRecording(ask, this.timeline, this.lines, this.frames); // an effect keeps it
     }
     effect(() => {

@@ -3,8 +3,8 @@ import { computed, signal, type ReadonlySignal } from "@preact/signals";
 import type { Parameter, ParameterValue } from "../connection/answers";
 import type { Connection } from "../connection/connection";
 import type { Operation, ParameterRow, ServerMessage } from "../connection/protocol";
+import { limits } from "../limits";
 
-const LIMIT_MS = 10_000;
 const ERROR = 2;
 const BYTES = "byte_array";
 
@@ -71,8 +71,8 @@ export class ServerParameters {
   #request(operation: Operation, isSetting = false): Promise<readonly ParameterRow[]> {
     const id = `parameters-${(this.#ids += 1)}`;
     return new Promise((resolve, reject) => {
-      const giveUp = (): void => this.#take(id)?.reject(new Error(`No answer within ${LIMIT_MS / 1000} s.`));
-      const timer = setTimeout(giveUp, LIMIT_MS);
+      const giveUp = (): void => this.#take(id)?.reject(new Error(`No answer within ${limits.answer / 1000} s.`));
+      const timer = setTimeout(giveUp, limits.answer);
       const settled = <Found>(settle: (found: Found) => void) => (found: Found): void => {
         clearTimeout(timer);
         settle(found);
