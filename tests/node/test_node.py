@@ -1,6 +1,6 @@
 """The promises to the author of a node: parameters, names, generators, tasks, and endpoints made while it runs.
 
-Tests of `node.py`, `context.py`, `endpoints.py`, `entry_points.py`, `lifetime.py` and `signatures.py`.
+Tests of `node.py`, `context.py`, `endpoints.py`, `lifetime.py` and `signatures.py`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from busflow.errors import (
     NotRunning,
 )
 from busflow.msgs.std_msgs import Int64, String
-from busflow.node import entry_points, signatures
+from busflow.node import signatures
 from busflow.node.node import parameters_class
 from busflow.testing import virtual_time
 
@@ -510,26 +510,6 @@ def test_signature_shows_number_of_arguments():
     assert [signatures.message_annotation(each) for each in (none, one, optional)] == [None, "String", None]
     assert signatures.takes_one(len)
     assert signatures.line_of(len) is None
-
-
-def test_source_of_module_is_found_without_import(tmp_path, monkeypatch):
-    package = tmp_path / "unimported"
-    package.mkdir()
-    (package / "__init__.py").write_text("raise AssertionError")
-    (package / "inner.py").write_text("")
-    monkeypatch.syspath_prepend(tmp_path)
-    assert entry_points.source_of("unimported.inner") == package / "inner.py"
-    assert entry_points.source_of("unimported.absent") is None
-
-
-def test_entry_points_of_new_distribution_are_found(tmp_path, monkeypatch):
-    assert list(entry_points.entry_points("busflow.absent")) == []
-    offered = tmp_path / "some-1.0.dist-info"
-    offered.mkdir()
-    (offered / "METADATA").write_text("Metadata-Version: 2.1\nName: some\nVersion: 1.0\n")
-    (offered / "entry_points.txt").write_text("[busflow.absent]\none = some:thing\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    assert [each.name for each in entry_points.entry_points("busflow.absent")] == ["one"]
 
 
 def test_node_used_before_it_is_made_fails(golden):
