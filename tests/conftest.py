@@ -27,7 +27,7 @@ from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
 from busflow.wire.zenoh.run_directory import find_run, runs
 from tests.extras import require_extra
-from tests.golden import golden  # noqa: F401  # a fixture of every test
+from tests.golden import forget_removed, golden  # noqa: F401  # a fixture of every test
 
 # How long an example takes, or is drawn, says how busy the machine is.
 ON_ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -126,6 +126,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     No slow test is then alone at the end. Files stay whole, because their tests share fixtures.
     """
+    if config.option.update and not any("::" in argument for argument in config.args):
+        forget_removed(items)
     if not config.option.markexpr and not any("::" in argument for argument in config.args):
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("long")])
         items[:] = [item for item in items if not item.get_closest_marker("long")]

@@ -1,17 +1,20 @@
 """Golden texts: each text that a command or a module writes, pinned once in a text file beside the test module.
 
-`golden(text)` compares a text with the section of the running test in `test_check.txt`, beside `test_check.py`;
-`with golden.raises(InvalidDeclaration):` does so with the text of an error.
+`golden(text)` compares a text with the section of the running test. The modules of a folder share its `golden.txt`, if
+there is one: a section's title is e.g. `test_check.py::test_a`. Else it is `test_a`, in `test_check.txt`.
+`with golden.raises(InvalidDeclaration):` pins an error: its code and places in the first line, then its text.
 `pytest --update tests/cli/test_check.py` writes the sections anew; read the diff before you commit it.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import unified_diff
 from pathlib import Path
 
 import pytest
+
+from busflow.errors import BusflowError, Place
 
 VARYING = {
     r" at 0x[0-9a-f]+": " at 0x…",  # of an object
@@ -33,7 +36,29 @@ def sections(file: Path) -> dict[str, str]:
 
 def write(file: Path, texts: Mapping[str, str]) -> None:
     """Write a golden file, its sections in the order of their titles, so that two changes rarely meet."""
-    file.write_text("\n".join(f"=== {title}\n{texts[title]}\n" for title in sorted(texts)), "utf-8")
+    if texts:
+        file.write_text("\n".join(f"=== {title}\n{texts[title]}\n" for title in sorted(texts)), "utf-8")
+    else:
+        file.unlink(missing_ok=True)
+
+
+def section(module: Path, test: str) -> tuple[Path, str]:
+    """Return the golden file of a test, and the title of its section."""
+    shared = module.with_name("golden.txt")
+    return (shared, f"{module.name}::{test}") if shared.exists() else (module.with_suffix(".txt"), test)
+
+
+def owner(file: Path, title: str) -> tuple[Path, str]:
+    """Return the module and the test, or a test with a part, that the section of a golden file is for."""
+    if file.name != "golden.txt":
+        return file.with_suffix(".py"), title
+    name, _, test = title.partition("::")
+    return file.with_name(name), test
+
+
+def is_of(title: str, test: str) -> bool:
+    """Whether a section is the one of a test or of a part of it."""
+    return title == test or title.startswith(f"{test}: ")
 
 
 def masked(text: str, mask: Mapping[str, str]) -> str:
@@ -43,12 +68,28 @@ def masked(text: str, mask: Mapping[str, str]) -> str:
     return text.rstrip("\n")
 
 
+def shown(place: Place) -> str:
+    """Return a place without numbers that any change moves: a line of Python is named by its text."""
+    return f"{Path(place.file).name}: {place.excerpt.strip()}" if place.file.endswith(".py") else str(place)
+
+
+def codes(error: BaseException) -> Iterator[str]:
+    """Yield the code of an error, or its class; then the code and the place of all that it carries."""
+    yield error.code if isinstance(error, BusflowError) else type(error).__name__
+    for fault in getattr(error, "faults", ()):
+        yield f"{fault.code} {'.'.join(map(str, fault.path))}".rstrip()
+    for problem in getattr(error, "problems", ()):
+        yield f"{problem.code} {shown(problem.place)}" if problem.place else problem.code
+    if place := getattr(getattr(error, "problem", error), "place", None):
+        yield shown(place)
+
+
 class Golden:
     """The golden texts of one test."""
 
-    def __init__(self, file: Path, test: str, *, update: bool) -> None:
-        self.file, self.test, self.update = file, test, update
-        self._unnamed = 0
+    def __init__(self, file: Path, title: str, *, update: bool) -> None:
+        self.file, self.title, self.update = file, title, update
+        self._unnamed, self._stale = 0, update  # until its first text: the test may be skipped
 
     def __call__(self, text: str, part: str = "", *, mask: Mapping[str, str] | None = None) -> None:
         """Compare a text with the section of this test, or of a part of it, without spaces at line ends.
@@ -57,12 +98,14 @@ class Golden:
         """
         self._unnamed += not part
         part = part or (str(self._unnamed) if self._unnamed > 1 else "")
-        title = f"{self.test}: {part}" if part else self.test
+        title = f"{self.title}: {part}" if part else self.title
         found = re.sub(r"[ \t]+$", "", masked(text, mask or {}), flags=re.MULTILINE)
         assert not HEADING.search(found), "this text has lines which look like the headings of a golden file"
         texts = sections(self.file)
         if self.update:
-            write(self.file, {**texts, title: found})
+            others = {each: text for each, text in texts.items() if not (self._stale and is_of(each, self.title))}
+            self._stale = False  # its parts may have other names now
+            write(self.file, {**others, title: found})
         elif found != texts.get(title):
             lines = unified_diff(texts.get(title, "").splitlines(), found.splitlines(), "pinned", "now", lineterm="")
             pytest.fail(
@@ -73,23 +116,37 @@ class Golden:
     def raises(
         self, expected: type[BaseException], part: str = "", *, mask: Mapping[str, str] | None = None
     ) -> Iterator[pytest.ExceptionInfo[BaseException]]:
-        """Expect an error, as `pytest.raises` does, and compare its text."""
+        """Expect an error, as `pytest.raises` does, and compare its codes, its places and its text."""
         with pytest.raises(expected) as caught:
             yield caught
-        self(str(caught.value), part, mask=mask)
+        self(f"[{'; '.join(codes(caught.value))}]\n{caught.value}", part, mask=mask)
 
 
-def forget(file: Path, test: str) -> None:
-    """Remove the sections of a test whose texts are about to be written anew."""
-    kept = {title: text for title, text in sections(file).items() if title != test and not title.startswith(f"{test}:")}
-    write(file, kept) if kept else file.unlink(missing_ok=True)
+def forget_removed(items: Iterable[pytest.Item]) -> None:
+    """Remove the sections of tests that are gone, or pin nothing any more, in the folders of these items.
+
+    The items are all tests of their modules. Sections of other modules are kept, unless a module is gone.
+    """
+    pinned = {section(item.path, item.name) for item in items if "golden" in getattr(item, "fixturenames", ())}
+    modules = {item.path for item in items}
+    for file in (file for folder in {module.parent for module in modules} for file in golden_files(folder)):
+        texts, titles = sections(file), [title for each, title in pinned if each == file]
+        gone = {
+            title
+            for title in texts
+            if ((module := owner(file, title)[0]) in modules or not module.exists())
+            and not any(is_of(title, each) for each in titles)
+        }
+        if gone:
+            write(file, {title: text for title, text in texts.items() if title not in gone})
+
+
+def golden_files(folder: Path) -> list[Path]:
+    """Return the golden files of a folder."""
+    return [*folder.glob("golden.txt"), *folder.glob("test_*.txt")]
 
 
 @pytest.fixture
 def golden(request: pytest.FixtureRequest) -> Golden:
     """`golden(capsys.readouterr().out)`: the text is the one in the golden file beside this module."""
-    update = request.config.getoption("--update")
-    file = request.path.with_suffix(".txt")
-    if update:
-        forget(file, request.node.name)
-    return Golden(file, request.node.name, update=update)
+    return Golden(*section(request.path, request.node.name), update=request.config.getoption("--update"))
