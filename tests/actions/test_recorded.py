@@ -138,7 +138,7 @@ class Boss(Node):
 def test_random_identifiers_replay_as_recorded(graph, capsys):
     """On the system's time a goal has another identifier in each run; its feedback reaches the client all the same."""
     late = ["--time-tolerance=60s"]  # a machine that is busy starts a run late
-    replays(graph, QUICK_ARM, FOLLOWING_BOSS, "--for", "2s", late=late)
+    replays(graph, QUICK_ARM, FOLLOWING_BOSS, "--set", "nodes.boss.on_exit=shutdown", late=late)
     assert "8 on /seen" in capsys.readouterr().out
 
 

@@ -253,5 +253,4 @@ def test_commands_import_nothing_heavy(imu_lab: Any, commands: tuple[str, ...]):
     said = [line for line in done.stderr.splitlines() if line.startswith("busflow ")]
     assert said == [f"busflow {command}: exit code 0, imported []" for command in commands], done.stderr
     silent = {command for command, text in zip(commands, done.stdout.split("\0")[:-1], strict=True) if not text}
-    measuring = {command for command in commands if "--every 0.2" in command}
-    assert not silent or (silent <= measuring and "no new messages" in done.stderr)  # on a busy machine none may come
+    assert all("--every" in command for command in silent)  # what comes in so short a time is no promise

@@ -6,6 +6,8 @@ import signal
 
 import pytest
 
+from busflow.timeouts import VARIABLE
+
 PATIENCE_S = 60.0
 FROM_MAIN = """
 processes:
@@ -70,13 +72,14 @@ def test_stopped_process_is_killed_at_the_end(start, have_ended):
 
 
 @pytest.mark.long
-def test_process_ended_by_force_fails_the_run(start):
+def test_process_ended_by_force_fails_the_run(start, monkeypatch):
+    monkeypatch.setenv(VARIABLE, f"{os.environ[VARIABLE]},process_kill=inf")  # the process ends itself, however late
     text = "processes: {far: }\nnodes: {stuck: {plugin: 'faulty:HangsAtStop', process: far}}\n"
     run = start(text, "--for", "0.2s", grace="750ms")
     assert run.end(None) == 1
     far = process_of(run, "far")
     (fate,) = far["fates"]
-    assert (run.report()["exit_code"], far["state"]) == (1, "failed")
+    assert (run.report()["exit_code"], far["state"], "SIGKILL" in fate) == (1, "failed", False)
     assert [each["level"] for each in run.log() if each["event"] == fate] == ["error"]
     assert any("did not end within" in line and "faulty.py" in line for line in run.lines)
 
