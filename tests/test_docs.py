@@ -68,7 +68,7 @@ _CLOCKED = re.compile(r"busflow run|busflow topic|busflow replay|pytest|python")
 """The commands whose output has what a clock has measured."""
 _OF_A_BUSY_MACHINE = [
     re.compile(r"published before \S+ had started or after it had stopped$"),  # a timer ticks between two stops
-    re.compile(r"/sensor_processor: No sensor data received$"),
+    re.compile(r"/sensor_processor: (No sensor data received|.* operational, .* offline)$"),
     re.compile(r"block(s|ed) the event loop"),
 ]
 """Lines that come on a busy machine alone, and are passed over where a page shows none of their kind."""

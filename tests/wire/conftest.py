@@ -21,11 +21,13 @@ NODES = Path(__file__).parents[1] / "nodes"
 class Robot:
     """A run in a process of its own, with all nodes of a file."""
 
-    def __init__(self, file: str, name: str = "robot") -> None:
-        """Start it; its log is read by `wait_for`."""
+    def __init__(self, file: str, name: str = "robot", *, overtaken: str = "0.5") -> None:
+        """Start it; its log is read by `wait_for`. With `overtaken="inf"` the session stays open after large messages.
+
+        Its end, and the way to a new subscription, take as long as others need, on however slow a machine.
+        """
         self.name = name
-        # Its end, and the way to a new subscription, take as long as others need, on however slow a machine.
-        limits = f"{os.environ[VARIABLE]},grace=inf,last_messages=inf,held_messages=inf,overtaken=0.5"
+        limits = f"{os.environ[VARIABLE]},grace=inf,last_messages=inf,held_messages=inf,overtaken={overtaken}"
         self.process = subprocess.Popen(
             [sys.executable, NODES / "run_nodes.py", NODES / file, name],
             env={**os.environ, VARIABLE: limits, "PYTHONPATH": str(NODES.parents[1])},
@@ -70,8 +72,8 @@ def robots() -> Iterator[Callable[..., Robot]]:
     """Starts runs, which end with the test."""
     started: list[Robot] = []
 
-    def start(file: str, name: str = "robot") -> Robot:
-        started.append(Robot(file, name))
+    def start(file: str, name: str = "robot", **limits: str) -> Robot:
+        started.append(Robot(file, name, **limits))
         return started[-1]
 
     yield start
