@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.message import Message as Message
     from busflow.interfaces.message import ServiceType as ServiceType
     from busflow.interfaces.message import take as take
+    from busflow.launchfile.model.supervision import RestartPolicy as RestartPolicy
     from busflow.log import Logger as Logger
     from busflow.node.declarations import client as client
     from busflow.node.declarations import publisher as publisher
@@ -75,7 +76,6 @@ if TYPE_CHECKING:
     from busflow.node.node import Node as Node
     from busflow.node.parameters import Parameters as Parameters
     from busflow.node.parameters import ReadOnly as ReadOnly
-    from busflow.node.supervision import RestartPolicy as RestartPolicy
     from busflow.node.supervision import supervised as supervised
     from busflow.pairing.declarations import synchronized as synchronized
     from busflow.pairing.members import Unpaired as Unpaired
@@ -123,7 +123,7 @@ _HOMES = {
     "QoS": "bus.qos",
     "ReadOnly": "node.parameters",
     "Reliability": "bus.qos",
-    "RestartPolicy": "node.supervision",
+    "RestartPolicy": "launchfile.model.supervision",
     "RunningGoal": "actions.goal",
     "SENSOR_DATA": "bus.qos",
     "SendTimeout": "errors",

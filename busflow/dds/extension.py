@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from busflow import timeouts
 from busflow.dds.process import NODE, require_cyclonedds
 from busflow.errors import ExitCode
-from busflow.node.supervision import Backoff, RestartPolicy
+from busflow.launchfile.model.supervision import RestartPolicy
+from busflow.node.supervision import Backoff
 from busflow.processes.child import Child, busflow_command, busflow_environment
 from busflow.processes.pipe import record_of
 from busflow.runner.extension import Extension

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from busflow import timeouts
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NotRunning, ProcessFailed
 from busflow.launchfile.model.placement import Placement
-from busflow.node.supervision import Restart
+from busflow.launchfile.model.supervision import Restart
 from busflow.processes.assignment import Assignment
 from busflow.processes.crossing import crossing_problems, keep_main
 from busflow.processes.machines import Machines

@@ -10,8 +10,9 @@ from typing import Any, TypeAlias
 from busflow.clock import Clock, SimClock, Time
 from busflow.errors import InvalidDeclaration
 from busflow.launchfile.model.description import ClockMode, LaunchDescription
+from busflow.launchfile.model.supervision import Supervision
 from busflow.node.node import NO_INIT, Node
-from busflow.node.supervision import Supervised, Supervision
+from busflow.node.supervision import Supervised
 
 What: TypeAlias = str | Path | LaunchDescription | Node | type[Node] | Supervised
 

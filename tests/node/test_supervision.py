@@ -523,16 +523,6 @@ def test_unknown_words_are_refused(how, said):
         supervised(Second, **how)
 
 
-@pytest.mark.parametrize(
-    "limits",
-    [{"most": 0}, {"first_s": 0}, {"first_s": 2, "longest_s": 1}, {"window_s": 0}],
-    ids=lambda limits: next(iter(limits)),
-)
-def test_limits_of_restarts_are_possible(limits, golden):
-    with golden.raises(InvalidDeclaration):
-        RestartPolicy(**limits)
-
-
 # What an end means.
 
 

@@ -5,7 +5,8 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.node.supervision import Backoff, RestartPolicy
+from busflow.launchfile.model.supervision import RestartPolicy
+from busflow.node.supervision import Backoff
 from tests.vectors import cases, each_case
 
 

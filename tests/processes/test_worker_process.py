@@ -6,9 +6,9 @@ import pytest
 
 from busflow.clock import SystemClock
 from busflow.launchfile.model.description import ProcessSpec
+from busflow.launchfile.model.supervision import Restart, RestartPolicy
 from busflow.launchfile.yaml.value import Origin, StatedBy
 from busflow.log import Log
-from busflow.node.supervision import Restart, RestartPolicy
 from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
 from busflow.testing import virtual_time
 from busflow.timeouts import Timeouts

@@ -8,7 +8,7 @@ import signal
 import pytest
 
 from busflow.errors import DependencyEnded, ExitCode, NodeFailed, ProgramFailed
-from busflow.node.supervision import Condition
+from busflow.launchfile.model.supervision import Condition
 from busflow.programs import program
 from tests.processes.conftest import PATIENCE_S, ended
 from tests.programs.conftest import Launched

@@ -10,8 +10,8 @@ from busflow import Graph, Node, NodeFailed, supervised
 from busflow.bus.bus import BusObserver
 from busflow.clock import SimClock
 from busflow.errors import ExitCode, NotRunning
+from busflow.launchfile.model.supervision import Restart, RestartPolicy
 from busflow.msgs.std_msgs import Int64
-from busflow.node.supervision import Restart, RestartPolicy
 from busflow.runner.extension import Extension
 from busflow.testing import virtual_time
 

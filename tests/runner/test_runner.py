@@ -15,8 +15,9 @@ import pytest
 from busflow import Graph, Node
 from busflow.clock import SimClock
 from busflow.errors import InvalidDeclaration, LaunchError, NotRunning
+from busflow.launchfile.model.supervision import Supervision
 from busflow.msgs.std_msgs import Int64
-from busflow.node.supervision import Supervised, Supervision
+from busflow.node.supervision import Supervised
 from busflow.runner import standard_error
 from busflow.runner.running_lines import is_own, running_lines
 from busflow.runner.source import Source

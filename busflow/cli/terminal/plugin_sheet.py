@@ -15,13 +15,13 @@ from busflow.cli.terminal.table import Column, print_table, print_text
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError, InvalidParameter, LaunchError, PluginError
 from busflow.interfaces.message import Message, ServiceType, type_name
+from busflow.launchfile.model.supervision import Supervision
 from busflow.log import Log
 from busflow.node.declarations import ClientDeclaration, PublisherDeclaration, PullDeclaration
 from busflow.node.handlers import Handler, ServiceRole, SubscriptionRole, declarations_of
 from busflow.node.node import default_name, parameters_class
 from busflow.node.parameters import ParameterInfo, describe
 from busflow.node.plugins import load
-from busflow.node.supervision import Supervision
 from busflow.runner.planning.preflight import Preflight, problem_in_code
 from busflow.text import printable
 from busflow.validation.tracebacks import shown

@@ -33,8 +33,8 @@ from busflow.launchfile.model.description import (
 from busflow.launchfile.model.keys import ORDER, LaunchKeys, NodeKeys, RecordKeys
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at, problems
+from busflow.launchfile.model.supervision import Supervision
 from busflow.launchfile.yaml.value import Value
-from busflow.node.supervision import Supervision
 from busflow.text import did_you_mean
 
 _PROCESS_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")

@@ -12,8 +12,8 @@ from busflow.launchfile.model.description import ProgramSpec
 from busflow.launchfile.model.keys import LaunchKeys, ProgramKeys
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
+from busflow.launchfile.model.supervision import Supervision
 from busflow.launchfile.yaml.value import Value
-from busflow.node.supervision import Supervision
 
 
 def in_folder(tree: Value, folder: Path) -> Value:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from busflow.bus.names import resolve
 from busflow.errors import IncompleteRecording
 from busflow.launchfile.model.doubts import Doubt
+from busflow.launchfile.model.supervision import RestartPolicy, Supervision
 from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath, Value
-from busflow.node.supervision import RestartPolicy, Supervision
 
 if TYPE_CHECKING:
     from busflow.bus.qos import QoS

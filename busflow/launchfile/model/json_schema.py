@@ -13,7 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaWarningKind
 
 from busflow.bus.qos import PRESETS, QoS
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.node.supervision import Restart
+from busflow.launchfile.model.supervision import Restart
 
 Schema = dict[str, Any]
 

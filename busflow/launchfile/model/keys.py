@@ -10,7 +10,7 @@ from busflow.launchfile.model.description import GRACE_S, HANG_S, ClockMode, Com
 from busflow.launchfile.model.network import Role
 from busflow.launchfile.model.ros2 import MOST_DOMAIN, Ros2Transport
 from busflow.launchfile.model.section import Bytes, Repeatable, RestartKeys, RestartValue, Seconds, Section
-from busflow.node.supervision import Condition, OnExit, Restart
+from busflow.launchfile.model.supervision import Condition, OnExit, Restart
 from busflow.validation.versions import check_requirement
 
 Qos = str | dict[str, Any]

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, cast
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
 
-from busflow.node.supervision import Restart, RestartPolicy
+from busflow.launchfile.model.supervision import Restart, RestartPolicy
 from busflow.validation.annotations import StrictModel
 from busflow.validation.byte_sizes import PATTERN as SIZE_PATTERN
 from busflow.validation.byte_sizes import parse_size

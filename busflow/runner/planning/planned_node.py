@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from busflow.errors import Place, Problem, Severity
 from busflow.launchfile.model.description import NodeSpec
+from busflow.launchfile.model.supervision import Supervision
 from busflow.node.node import Node, runtime_of
 from busflow.node.runtime import NodeRuntime
-from busflow.node.supervision import Supervision
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint, ServiceEndpoint

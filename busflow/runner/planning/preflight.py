@@ -20,13 +20,13 @@ from busflow.launchfile.model.description import EndpointSpec, LaunchDescription
 from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.model.placement import for_machine, unused_places
 from busflow.launchfile.model.problems import in_order, parameter_problems, problem_at
+from busflow.launchfile.model.supervision import Supervision
 from busflow.launchfile.yaml.value import StatedBy
 from busflow.node import plugins
 from busflow.node.context import Surroundings
 from busflow.node.factory import NodeFactory
 from busflow.node.node import NO_INIT, Node
 from busflow.node.parameter_store import ValueSource
-from busflow.node.supervision import Supervision
 from busflow.runner.planning.endpoints import conflicts, unmatched_ends, unused_entries
 from busflow.runner.planning.planned_node import PlannedNode
 from busflow.runner.planning.programs import program_problems

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from busflow.errors import Problem
 from busflow.launchfile.model.description import ProgramSpec
 from busflow.launchfile.model.problems import problem_at
-from busflow.node.supervision import Condition, Restart, cycle
+from busflow.launchfile.model.supervision import Condition, Restart
+from busflow.node.supervision import cycle
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from busflow.launchfile.model.description import GRACE_S
-from busflow.node.supervision import Condition, OnExit, Restart
+from busflow.launchfile.model.supervision import Condition, OnExit, Restart
 from tests.vectors import each_case
 
 

@@ -11,7 +11,7 @@ from busflow.bus.qos import TRANSIENT_LOCAL
 from busflow.errors import LaunchError
 from busflow.launchfile.load.load import examine, load
 from busflow.launchfile.model.description import ClockMode, ClockSpec, NodeSpec
-from busflow.node.supervision import Restart
+from busflow.launchfile.model.supervision import Restart
 from busflow.text import printable
 
 TALKER = "nodes:\n  talker:\n    plugin: talker\n"

@@ -1,10 +1,12 @@
-"""Tests of `description.py`, `keys.py`, `section.py` and `key_faults.py`."""
+"""Tests of `description.py`, `keys.py`, `section.py`, `supervision.py` and `key_faults.py`."""
 
 import pytest
 
+from busflow.errors import InvalidDeclaration
 from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.keys import LaunchKeys
 from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.supervision import RestartPolicy
 from busflow.launchfile.yaml.document import parse
 
 
@@ -50,3 +52,13 @@ def test_wrong_key_is_reported_and_corrected_or_removed(text, code, kept):
     _, tree = checked(parse(text.encode(), "lab1.yaml"), problems)
     assert [each.code for each in problems.sorted(["lab1.yaml"])] == [code]
     assert tree.data == kept
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [{"most": 0}, {"first_s": 0}, {"first_s": 2, "longest_s": 1}, {"window_s": 0}],
+    ids=lambda limits: next(iter(limits)),
+)
+def test_limits_of_restarts_are_possible(limits, golden):
+    with golden.raises(InvalidDeclaration):
+        RestartPolicy(**limits)

@@ -5,8 +5,8 @@ import pytest
 from busflow import Node, QoS, publisher, supervised, timer
 from busflow.cli import main
 from busflow.errors import ExitCode, NoSuchTarget, RecordingRefused
+from busflow.launchfile.model.supervision import Restart, RestartPolicy
 from busflow.msgs.std_msgs import Int64, String
-from busflow.node.supervision import Restart, RestartPolicy
 from busflow.recording.bag.bag import Bag
 from busflow.recording.recorder import snapshot as recorder
 from busflow.testing import harness, virtual_time

@@ -7,10 +7,10 @@ from busflow import DEFAULT, Node, QoS, Reliability, publisher, service, subscri
 from busflow.clock import SystemClock
 from busflow.errors import Severity
 from busflow.launchfile.load.load import examine
+from busflow.launchfile.model.supervision import Supervision
 from busflow.log import Log
 from busflow.msgs.std_msgs import Float64, String
 from busflow.msgs.std_srvs import Trigger
-from busflow.node.supervision import Supervision
 from busflow.runner.planning.preflight import Plan, Preflight
 
 
