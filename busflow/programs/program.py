@@ -14,20 +14,17 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import anyio
-
-from busflow import timeouts
-from busflow.node.supervision import Backoff, Condition, Restart
+from busflow.node.supervision import Condition
 from busflow.processes.child import Child
 from busflow.programs import keeper
 from busflow.programs.output import Output
 from busflow.runner.report import ProgramReport
+from busflow.runner.restarting import Restarting
 from busflow.runner.signals import signal_name
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import ProgramSpec
     from busflow.log import Logger
-    from busflow.runner.supervisor import Prerequisite
 
 _KEEPER = str(Path(keeper.__file__))
 
@@ -58,39 +55,26 @@ class ProgramOwner:
     """Returns the run's time."""
 
 
-class Program:
+class Program(Restarting):
     """A program and its lives: a life is one start of it, until nothing of it is left."""
 
     def __init__(self, spec: ProgramSpec, environment: Mapping[str, str], owner: ProgramOwner, log: Logger) -> None:
         """Prepare the program; `live` starts it."""
-        self.name: str = spec.name
+        super().__init__(spec.name, spec.supervision.restart, owner.seconds, log)
         self.spec = spec
         self.state: ProgramState = ProgramState.WAITING
         self.pid: int | None = None
         """Number of its process; None if none runs."""
-        self.met: set[Condition] = set()
-        """Conditions of this program that are met; nodes and other programs may wait for them."""
-        self.needs: list[tuple[Prerequisite, Condition]] = []
-        """What it waits for before its first start."""
-        self.ended: asyncio.Event = asyncio.Event()
-        """Set when it has ended and is not restarted."""
         self.output: Output = Output(log, spec.ready, lambda: self._call(self._meet, Condition.READY))
-        self._environment, self._owner, self._log = environment, owner, log
-        self._conditions = {condition: asyncio.Event() for condition in Condition}
-        self._backoff = Backoff(spec.supervision.restart)
-        self._stopping = asyncio.Event()
-        self._waiting: anyio.CancelScope | None = None
+        self._environment, self._owner = environment, owner
         self._child: Child | None = None
         self._end: Mapping[str, Any] = {}
         """The end that the keeper reported: `code`, `killed`; or that it `failed` to start the program."""
-        self._running_since_s: float | None = None
+        self._failure = ""
+        """Text that says how it failed for good."""
         self._exit_codes: list[int] = []
         self._fates: list[str] = []
         self._loop: asyncio.AbstractEventLoop | None = None
-
-    def condition_event(self, condition: Condition) -> asyncio.Event:
-        """Return the event that is set once a condition is met or can no longer be met; `met` shows which."""
-        return self._conditions[condition]
 
     def statistics(self) -> ProgramReport:
         """Return the program's line of the report."""
@@ -99,48 +83,26 @@ class Program:
             command=self.spec.command,
             state=self.state.value,
             pid=self.pid,
-            restarts=self._backoff.restarts,
+            restarts=self.restarts,
             exit_codes=tuple(self._exit_codes),
             fates=tuple(self._fates),
             lines=self.output.lines,
             lines_left_out=self.output.left_out,
         )
 
-    async def live(self) -> None:
-        """Start the program, and restart it by its policy, until it ends for good or is asked to stop."""
-        self._loop = asyncio.get_running_loop()
-        failure = ""
-        try:
-            failure = await self._wait_for_others()
-            while not failure and not self._stopping.is_set():
-                failure = await self._live_once()
-                pause_s = None if self._stopping.is_set() else self._pause_s(failure)
-                if pause_s is None:
-                    break
-                if failure:
-                    self._log.error(failure)
-                failure = ""
-                self.state = ProgramState.RESTARTING
-                self._log.warning("restarts", after_s=pause_s, restart=self._backoff.restarts)
-                with suppress(TimeoutError):
-                    async with asyncio.timeout(pause_s):
-                        await self._stopping.wait()
-        finally:
-            self._order_stop()  # where this task was cancelled
-            self.state = ProgramState.FAILED if failure else ProgramState.ENDED
-            for event in (*self._conditions.values(), self.ended):
-                event.set()
-        if failure:
-            self._owner.on_failure(failure)
+    def _finish(self) -> None:
+        self._order_stop()  # where its task was cancelled
+        self.state = ProgramState.FAILED if self._failure else ProgramState.ENDED
+        super()._finish()
+        if self._failure:
+            self._owner.on_failure(self._failure)
         elif not self._stopping.is_set():
             self._owner.on_exit()
 
     def ask_to_stop(self) -> None:
         """Ask the program to end, without a restart."""
         if not self._stopping.is_set():
-            self._stopping.set()
-            if self._waiting is not None:
-                self._waiting.cancel()
+            super().ask_to_stop()
             if self.pid is not None:
                 self._order_stop()
 
@@ -149,21 +111,25 @@ class Program:
             self.state = ProgramState.STOPPING
             self._child.send(b"stop\n")
 
-    async def _wait_for_others(self) -> str:
-        """Wait for all that the program depends on; return why it waits in vain, or an empty text."""
-        with anyio.CancelScope() as self._waiting:
-            for other, condition in () if self._stopping.is_set() else self.needs:
-                event = other.condition_event(condition)
-                with anyio.move_on_after(timeouts.current.waiting_warning):
-                    await event.wait()
-                if not event.is_set():
-                    self._log.warning("waits for another one", name=other.name, condition=condition.value)
-                    await event.wait()
-                if condition not in other.met:
-                    return f"the program {self.name} is not started: {other.name} has ended before it was {condition}"
-        return ""
+    def _wait_in_vain(self, other: str, condition: Condition) -> None:
+        self._failure = f"the program {self.name} is not started: {other} has ended before it was {condition}"
 
-    async def _live_once(self) -> str:
+    async def _live_once(self) -> float | None:
+        self._loop = asyncio.get_running_loop()
+        if not await self._wait_for_others():
+            return None
+        failure = await self._run()
+        pause_s = self._next_pause_s(failed=bool(failure))
+        if pause_s is None:
+            self._failure = failure
+            return None
+        if failure:
+            self._log.error(failure)
+        self.state = ProgramState.RESTARTING
+        self._log.warning("restarts", after_s=pause_s, restart=self.restarts)
+        return pause_s
+
+    async def _run(self) -> str:
         """Start the program and wait for its end; return how it failed, or an empty text."""
         self.state, self._end, self._running_since_s = ProgramState.STARTING, {}, None
         command = [sys.executable, "-I", "-S", _KEEPER]
@@ -210,21 +176,6 @@ class Program:
             return ""
         return f"{begun} ended with exit code {code}" if code > 0 else f"{begun} was ended by {signal_name(-code)}"
 
-    def _pause_s(self, failure: str) -> float | None:
-        """Return the time until the next life; None if there is none."""
-        policy = self.spec.supervision.restart
-        if policy.when is Restart.NEVER or (policy.when is Restart.ON_FAILURE and not failure):
-            return None
-        since_s, now_s = self._running_since_s, self._owner.seconds()
-        pause_s = self._backoff.next_s(lived_s=0.0 if since_s is None else now_s - since_s, now_s=now_s)
-        if pause_s is None:
-            self._log.error(f"given up after {policy.most} restarts within {policy.window_s:g} s")
-        return pause_s
-
-    def _meet(self, condition: Condition) -> None:
-        self.met.add(condition)
-        self._conditions[condition].set()
-
     # What the keeper and the program say; these methods run in the thread that reads it.
 
     def on_message(self, message: Mapping[str, Any]) -> None:
@@ -245,7 +196,7 @@ class Program:
 
     def _on_start(self, message: Mapping[str, Any]) -> None:
         self.pid, self.state = message["pid"], ProgramState.RUNNING
-        self._running_since_s = self._owner.seconds()
+        self._running_since_s = self._seconds()
         self._meet(Condition.STARTED)
         if self._stopping.is_set():
             self._order_stop()

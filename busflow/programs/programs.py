@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import ProgramSpec
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report
-    from busflow.runner.supervisor import Prerequisite
+    from busflow.runner.restarting import Restarting
 
 
 class Programs(Extension):
@@ -58,13 +58,13 @@ class Programs(Extension):
         own_s = 2 * program.spec.grace_s + timeouts.current.program_end
         return own_s + max(map(self._longest_end_s, later), default=0.0)
 
-    def prerequisites(self) -> Sequence[Prerequisite]:
+    def prerequisites(self) -> Sequence[Restarting]:
         """Return the programs: nodes may depend on them."""
         return self.programs
 
     def begin(self) -> None:
         """Find what each program depends on, among the nodes of this process and the other programs."""
-        known: dict[str, Prerequisite] = {each.name: each for each in self._graph.supervisors}
+        known: dict[str, Restarting] = {each.name: each for each in self._graph.supervisors}
         known |= self._by_name
         for program in self.programs:
             needs = program.spec.supervision.depends_on.items()

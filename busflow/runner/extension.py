@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from busflow.bus.failure import Failure
     from busflow.runner.report import Report, SnapshotReport
-    from busflow.runner.supervisor import Prerequisite, Supervisor
+    from busflow.runner.restarting import Restarting
+    from busflow.runner.supervisor import Supervisor
 
 
 class Extension:
@@ -41,7 +42,7 @@ class Extension:
     def node_failed(self, failure: Failure) -> None:
         """React to the failure of a node, whether or not the node is restarted."""
 
-    def prerequisites(self) -> Sequence[Prerequisite]:
+    def prerequisites(self) -> Sequence[Restarting]:
         """Return what nodes may depend on besides other nodes."""
         return ()
 

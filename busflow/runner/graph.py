@@ -38,7 +38,6 @@ from busflow.node.context import Surroundings
 from busflow.node.node import Node, runtime_of
 from busflow.runner.extension import Extension
 from busflow.runner.host import Outside
-from busflow.runner.lives import Lives
 from busflow.runner.orphan_tasks import OrphanTasks
 from busflow.runner.planning.planned_node import PlannedNode
 from busflow.runner.planning.preflight import Plan, Preflight
@@ -47,7 +46,7 @@ from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.stuck_handlers import stuck_handlers_named
 from busflow.runner.supervisor import Overseer, Supervisor, outlast
-from busflow.runner.supervisors import node_among, stop_in_order, supervisors_of
+from busflow.runner.supervisors import Lives, node_among, stop_in_order, supervisors_of
 from busflow.runner.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)

@@ -23,6 +23,7 @@ from busflow import (
     publisher,
     service,
     subscription,
+    supervised,
     timer,
 )
 from busflow.bus.bus import BusObserver
@@ -804,6 +805,25 @@ async def test_end_asked_before_the_start_ends_it():
     await graph.start()
     await graph.wait()
     assert graph.exit_code is ExitCode.TERMINATED
+
+
+@virtual_time
+async def test_end_asked_before_the_start_ends_a_waiting_node_first():
+    seen: list[str] = []
+
+    class Needed(Node):
+        async def start(self) -> None:
+            await asyncio.Event().wait()
+
+        async def stop(self) -> None:
+            seen.append(graph.report().nodes[1].state)
+
+    graph = Graph([Needed, supervised(Talker(), depends_on={"needed": "ready"})], clock=SimClock())
+    graph.grace_s = 0.05
+    graph.ask_to_stop_from_thread(ExitCode.TERMINATED)
+    await graph.start()
+    await graph.wait()
+    assert seen == ["stopped"]
 
 
 @virtual_time

@@ -187,8 +187,11 @@ async def test_a_newcomer_waits_for_what_runs_already(watched):
         lab.set_parameters("talker", rate_hz=10.0)
         await lab.advance(1)
         assert file.states()["/third"] == "running"
-        await file.edit(quiet + newcomer + newcomer.replace("third", "fourth"))
-        assert file.states()["/fourth"] == "running"
+        for condition in ("first_message", "started", "ready"):
+            await file.edit(
+                quiet + newcomer + newcomer.replace("third", condition).replace("first_message}", condition + "}")
+            )
+            assert file.states()[f"/{condition}"] == "running"
 
 
 @pytest.mark.parametrize(

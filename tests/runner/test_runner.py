@@ -1,6 +1,6 @@
 """The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
 
-Tests of `host.py`, `leaving.py`, `lives.py`, `running_lines.py`, `source.py`, `sources.py`, `standard_error.py` and
+Tests of `host.py`, `leaving.py`, `running_lines.py`, `source.py`, `sources.py`, `standard_error.py` and
 `supervisors.py`.
 """
 

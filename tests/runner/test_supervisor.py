@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from busflow import Graph, Message, Node, NodeFailed, publisher, subscription, timer
 from busflow.clock import SimClock
 from busflow.errors import ExitCode, NotRunning
-from busflow.runner.supervisor import NodeState
+from busflow.runner.supervisor import TRANSITIONS, NodeState
 from busflow.testing import virtual_time
 
 
@@ -171,6 +171,24 @@ async def test_a_node_goes_through_its_states_in_order():
         await asyncio.sleep(1)
     assert seen == [NodeState.STARTING, NodeState.RUNNING, NodeState.STOPPING]
     assert repr(graph.supervisors[0]) == "<Supervisor /watched stopped>"
+
+
+def test_each_state_leads_to_the_end_and_only_failed_is_final():
+    reached, ways = set(), [NodeState.BUILT]
+    while ways:
+        state = ways.pop()
+        reached.add(state)
+        ways += set(TRANSITIONS[state]) - reached
+    assert reached == set(NodeState) == set(TRANSITIONS)
+    assert [state for state, following in TRANSITIONS.items() if not following] == [NodeState.FAILED]
+
+
+@virtual_time
+async def test_change_of_state_outside_the_table_is_refused():
+    async with graph_of(Failing().fail_in(None, "ValueError")) as graph:
+        with pytest.raises(RuntimeError, match="/failing cannot be starting after running"):
+            graph.supervisors[0].renew()
+        assert states(graph) == {"/failing": "running"}
 
 
 @virtual_time
