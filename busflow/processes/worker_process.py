@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow import timeouts
 from busflow.errors import ExitCode
-from busflow.node.supervision import Backoff, Restart
+from busflow.node.supervision import Restart
 from busflow.processes.assignment import Memory
 from busflow.processes.child import Child, busflow_environment
 from busflow.processes.pipe import record_of
+from busflow.runner.restarting import Restarting
 from busflow.runner.signals import CODES, signal_name
 from busflow.runner.supervisor import NodeState
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import ProcessSpec
     from busflow.log import Logger, LogRecord
-    from busflow.node.supervision import RestartPolicy
 
 _LASTING = {ExitCode.USAGE, ExitCode.INCOMPLETE}
 """Exit codes after which no restart follows: another life would not mend a wrong command line, and an incomplete
@@ -105,7 +105,7 @@ class WorkerOwner(Protocol):
         ...
 
 
-class WorkerProcess:
+class WorkerProcess(Restarting):
     """Worker process of a run, from its first start to its last end."""
 
     def __init__(
@@ -118,11 +118,10 @@ class WorkerProcess:
         owner: WorkerOwner,
         log: Logger,
     ) -> None:
-        self.name: str = spec.name
+        super().__init__(spec.name, spec.restart, owner.seconds, log)
         self.nodes: tuple[str, ...] = tuple(nodes)
         self.socket: str = socket
         self.state: WorkerState = WorkerState.STARTING
-        self._backoff = Backoff(spec.restart)
         self.failures: list[str] = []
         self.outcomes: list[ProcessOutcome] = []
         """The outcomes of the lives that are over."""
@@ -130,13 +129,11 @@ class WorkerProcess:
         """Last report of this life."""
         self.child: Child | None = None
         self.spec = spec
-        self._owner, self._log = owner, log
+        self._owner = owner
         self._command = [sys.executable, "-P", "-m", "busflow.processes.worker", spec.name]
         self._environment = busflow_environment({**environment, **spec.env})
         self._end: dict[str, Any] = {}
         """The end that the process reported: `exit_code`, `failures`, `finished`; empty if it reported none."""
-        self._stopping = asyncio.Event()
-        self._running_since_s: float | None = None
         self._last_message_s: float | None = None
         """Time of this life's last message; None before the first, until which the process reads no commands.
 
@@ -160,46 +157,39 @@ class WorkerProcess:
         return Memory(dict(self._parameters), dict(restarts), self._stopped)
 
     @property
-    def policy(self) -> RestartPolicy:
-        """Policy by which the process is restarted."""
-        return self.spec.restart
-
-    @property
-    def restarts(self) -> int:
-        """Number of restarts, a scheduled one included."""
-        return self._backoff.restarts
-
-    @property
     def pid(self) -> int | None:
         """Process number; None between two lives."""
         return None if self.child is None else self.child.pid
 
-    async def live(self) -> None:
-        """Start the process, and restart it by its policy, until `ask_to_stop`."""
-        try:
-            while not self._stopping.is_set():
-                code = await self._live_once()
-                if self._stopping.is_set():
-                    return
-                pause_s = self._pause_s()
-                if pause_s is None:
-                    failure = self.outcomes[-1].failure if self.outcomes else ""
-                    self.failures += self._end.get("failures") or ([failure] if failure else [])
-                    # The exit code says something about the nodes only if the process reported its end, and no signal
-                    # ended it.
-                    known = self._end and code not in _SIGNALS
-                    self._owner.on_final(code if known else ExitCode.FAILED, finished=bool(self._end.get("finished")))
-                    return
-                self.state = WorkerState.RESTARTING
-                self._log.warning(f"the process {self.name} restarts in {pause_s:g} s", restart=self.restarts)
-                with suppress(TimeoutError):
-                    async with asyncio.timeout(pause_s):
-                        await self._stopping.wait()
-        finally:
-            if self.child is not None:
-                self.child.kill()
+    async def _live_once(self) -> float | None:
+        if self._stopping.is_set():
+            return None
+        code = await self._run()
+        if self._stopping.is_set():
+            return None
+        mendable = self._end.get("exit_code") not in _LASTING
+        pause_s = self._next_pause_s(failed=self.state is not WorkerState.ENDED, mendable=mendable)
+        if pause_s is None:
+            failure = self.outcomes[-1].failure if self.outcomes else ""
+            self.failures += self._end.get("failures") or ([failure] if failure else [])
+            # The exit code says something about the nodes only if the process reported its end, and no signal ended it.
+            known = self._end and code not in _SIGNALS
+            self._owner.on_final(code if known else ExitCode.FAILED, finished=bool(self._end.get("finished")))
+        else:
+            self.state = WorkerState.RESTARTING
+            self._log.warning(f"the process {self.name} restarts in {pause_s:g} s", restart=self.restarts)
+        return pause_s
 
-    async def _live_once(self) -> int:
+    @property
+    def _limit(self) -> str:
+        return f"the process {self.name} is {super()._limit}"
+
+    def _finish(self) -> None:
+        if self.child is not None:
+            self.child.kill()
+        super()._finish()
+
+    async def _run(self) -> int:
         self.state, self.report, self._killed_for = WorkerState.STARTING, None, ""
         self._end, self._last_message_s = {}, None
         try:
@@ -245,26 +235,9 @@ class WorkerProcess:
         why = f", since it {self._killed_for}" if self._killed_for else ""
         return f"the process {self.name} was ended by {signal_name(_SIGNALS.get(code, -code))}{why}"
 
-    def _pause_s(self) -> float | None:
-        """Return the time until the next life; None if there is none."""
-        when, now_s = self.policy.when, self._owner.seconds()
-        ended_well = self.state is WorkerState.ENDED
-        if (
-            when is Restart.NEVER
-            or (when is Restart.ON_FAILURE and ended_well)
-            or self._end.get("exit_code") in _LASTING
-        ):
-            return None
-        since_s, self._running_since_s = self._running_since_s, None
-        pause_s = self._backoff.next_s(lived_s=0.0 if since_s is None else now_s - since_s, now_s=now_s)
-        if pause_s is None:
-            limit = f"given up after {self.policy.most} restarts within {self.policy.window_s:g} s"
-            self._log.error(f"the process {self.name} is {limit}")
-        return pause_s
-
-    def ask_to_stop(self, code: int) -> None:
+    def ask_to_stop(self, code: int = ExitCode.OK) -> None:
         """Ask the process to end, without a restart, since the run ends with this exit code."""
-        self._stopping.set()
+        super().ask_to_stop()
         if not self.send_command(end=int(code)) and self.child is not None:  # it does not read commands yet
             self.child.terminate()
 
@@ -289,10 +262,10 @@ class WorkerProcess:
                 self._log.warning(f"the process {self.name} answers again")
             self.state = WorkerState.RUNNING
             if self._running_since_s is None:  # else only its token was gone for a moment, and this is the same life
-                self._running_since_s = self._owner.seconds()
+                self._running_since_s = self._seconds()
                 self._log.debug(f"the process {self.name} runs")
                 if self.child is not None:
-                    self._check_reports(self.child, self._owner.seconds())
+                    self._check_reports(self.child, self._seconds())
         elif self.state is WorkerState.RUNNING and self.child is not None:
             asyncio.get_running_loop().call_later(timeouts.current.process_exit, self._check_for_hang, self.child)
 
@@ -303,7 +276,7 @@ class WorkerProcess:
         # link broke.
         limit_s = timeouts.current.process_silent
         patience_s = limit_s * (10 if self._end else 1)  # after its last message it has the session and Python to end
-        if self._owner.seconds() - self._last_message_s < patience_s:
+        if self._seconds() - self._last_message_s < patience_s:
             asyncio.get_running_loop().call_later(limit_s, self._check_for_hang, child)
             return
         self._hang(child, "it is stopped (SIGSTOP), or has no time to answer")
@@ -312,7 +285,7 @@ class WorkerProcess:
         """Check twice a second whether the process's event loop still turns; the loop sends two reports a second."""
         if self.child is not child or self._stopping.is_set():
             return
-        now_s = self._owner.seconds()
+        now_s = self._seconds()
         limit_s = timeouts.current.process_silent
         if now_s - checked_s > limit_s:  # the main process stood still, and has not read the reports yet
             self._last_report_s = now_s
@@ -339,7 +312,7 @@ class WorkerProcess:
 
     def on_message(self, message: Mapping[str, Any]) -> None:
         """Handle a message of the child: a log line, a report or parameters."""
-        self._last_message_s = now_s = self._owner.seconds()
+        self._last_message_s = now_s = self._seconds()
         if "log" in message:
             with suppress(ValueError):
                 self._owner.show_record(record_of(message["log"], self.name))
