@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow import timeouts
 from busflow.errors import ExitCode
-from busflow.node.supervision import Restart
+from busflow.launchfile.model.supervision import Restart
 from busflow.processes.assignment import Memory
 from busflow.processes.child import Child, busflow_environment
 from busflow.processes.pipe import record_of

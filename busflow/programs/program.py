@@ -14,7 +14,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.node.supervision import Condition
+from busflow.launchfile.model.supervision import Condition
 from busflow.processes.child import Child
 from busflow.programs import keeper
 from busflow.programs.output import Output

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
 from busflow.errors import ProgramFailed
-from busflow.node.supervision import OnExit
+from busflow.launchfile.model.supervision import OnExit
 from busflow.programs.program import Program, ProgramOwner, ProgramState
 from busflow.runner.extension import Extension
 

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import anyio
 
 from busflow import timeouts
-from busflow.node.supervision import Backoff, Condition, Restart
+from busflow.launchfile.model.supervision import Condition, Restart
+from busflow.node.supervision import Backoff
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from busflow.launchfile.model.supervision import RestartPolicy
     from busflow.log import Logger
-    from busflow.node.supervision import RestartPolicy
 
 
 class Restarting(ABC):

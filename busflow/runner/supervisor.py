@@ -14,11 +14,11 @@ import anyio.abc
 from busflow import timeouts
 from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
+from busflow.launchfile.model.supervision import Condition, OnExit, Restart, Supervision
 from busflow.node.factory import rebuild
 from busflow.node.lifetime import CURRENT
 from busflow.node.node import Node
 from busflow.node.runtime import NodeRuntime
-from busflow.node.supervision import Condition, OnExit, Restart, Supervision
 from busflow.runner.report import NodeReport
 from busflow.runner.restarting import Restarting
 

@@ -48,7 +48,7 @@ def running():
         lines = []
         spec = ProcessSpec("left", Origin(StatedBy.CALLER), restart=RestartPolicy(when))
         log = Log(SystemClock(), sinks=(lines.append,)).bind("busflow")
-        worker = WorkerProcess(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, owner=Owner(), log=log)
+        worker = WorkerProcess(spec, ["/a", "/b"], "1.sock", environment={}, owner=Owner(), log=log)
         worker.child = Child()
         for message in says:
             worker.on_message(message)

@@ -5,8 +5,8 @@ import asyncio
 import pytest
 
 from busflow.clock import SimClock
+from busflow.launchfile.model.supervision import Condition, RestartPolicy
 from busflow.log import Log
-from busflow.node.supervision import Condition, RestartPolicy
 from busflow.runner.restarting import Restarting
 from busflow.testing import virtual_time
 
