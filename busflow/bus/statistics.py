@@ -6,13 +6,18 @@ The statistics of subscriptions, servers and clients are accounts, which balance
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, Self, cast
+from collections.abc import Hashable, Iterable
+from dataclasses import asdict, dataclass, field, fields, replace
+from typing import Any, ClassVar, Self, TypeVar, cast
 
 from busflow.bus.qos import Overflow
 
+A = TypeVar("A", bound="Account")
+
 _STATED = frozenset({"depth"})
 """Integer fields that are not counts, and so are not added."""
+_EARLIEST = frozenset({"since_s"})
+"""Times of which a sum has the earlier one."""
 EARLY = "early"
 """The reason of `Topic.losses` for a message published before another process had let its publisher in."""
 UNSENT = "unsent"
@@ -25,18 +30,41 @@ UNMATCHED = "unmatched"
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """The counts of one endpoint, over one or several starts of its node."""
+    """The counts of one object of a run, over one or several starts of its node or process."""
+
+    KEY: ClassVar[tuple[str, ...]] = ("node",)
+    """The fields in which an object and its successor are equal."""
 
     def __add__(self, later: Self) -> Self:
-        """Return one account of an endpoint and its successor: counts are added, other fields are the successor's."""
+        """Return one account of an object and its successor: counts are added, other fields are the successor's."""
         sums: dict[str, Any] = {}
         for each in fields(later):
             before, after = getattr(self, each.name), getattr(later, each.name)
             if isinstance(after, dict):
                 sums[each.name] = dict(Counter[str](before) + Counter(cast("dict[str, int]", after)))
-            elif isinstance(after, int) and each.name not in _STATED:
+            elif isinstance(after, tuple):
+                sums[each.name] = added(before, cast("tuple[Account, ...]", after))
+            elif type(after) is int and each.name not in _STATED:
                 sums[each.name] = before + after
+            elif each.name in _EARLIEST:
+                sums[each.name] = min(before, after)
         return replace(later, **sums)
+
+
+def added(*parts: Iterable[A]) -> tuple[A, ...]:
+    """Return the accounts of all parts, e.g. of several processes, added up for each object.
+
+    The first account of a key in one part is added to the first in another, the second to the second, and so on.
+    """
+    found: dict[Hashable, A] = {}
+    for part in parts:
+        seen = Counter[Hashable]()
+        for each in part:
+            key = tuple(getattr(each, name) for name in each.KEY)
+            seen[key] += 1
+            before = found.get((key, seen[key]))
+            found[key, seen[key]] = each if before is None else before + each
+    return tuple(found.values())
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +110,7 @@ class ClientStatistics(Account):
 class SubscriptionStatistics(Account):
     """One line of the ledger: `published == delivered + dropped + queued` at every moment."""
 
+    KEY: ClassVar[tuple[str, ...]] = ("node", "depth")
     node: str
     topic: str
     depth: int
@@ -96,7 +125,7 @@ class SubscriptionStatistics(Account):
 
 
 @dataclass(frozen=True, slots=True)
-class PublisherStatistics:
+class PublisherStatistics(Account):
     """The counts of one publisher, and whether it keeps its deadline and lease."""
 
     node: str
@@ -113,33 +142,72 @@ class PublisherStatistics:
 
 
 @dataclass(frozen=True, slots=True)
-class TopicStatistics:
+class TopicStatistics(Account):
     """The counts of one topic, and of each of its present and past subscriptions."""
 
+    KEY: ClassVar[tuple[str, ...]] = ("topic",)
     topic: str
+    type: str
     published: int
-    arrived: int
-    """The number of published messages that came from other processes."""
-    losses: dict[str, int]
-    """Messages published in other processes or threads that did not become a message here, by reason."""
-    publishers: tuple[PublisherStatistics, ...]
-    """The present publishers; messages of past ones are counted in `published`."""
     subscriptions: tuple[SubscriptionStatistics, ...]
+    arrived: int = 0
+    """The number of published messages that came from other processes; 0 in the report of a whole run."""
+    since_s: float = 0.0
+    """The time of its first publisher, in seconds of the run."""
+    losses: dict[str, int] = field(default_factory=dict[str, int])
+    """Messages published in other processes or threads that did not become a message here, by reason."""
+    publishers: tuple[PublisherStatistics, ...] = ()
+    """The present publishers; messages of past ones are counted in `published`."""
+
+    @property
+    def name(self) -> str:
+        """The name of the topic."""
+        return self.topic
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the topic's entry in a report."""
+        return {
+            "name": self.topic,
+            "type": self.type,
+            "published": self.published,
+            "arrived": self.arrived,
+            "since_s": self.since_s,
+            "losses": self.losses,
+            "subscriptions": [_entry(each) for each in self.subscriptions],
+        }
+
+
+def _entry(line: SubscriptionStatistics) -> dict[str, Any]:
+    plain = asdict(line) | {"overflow": line.overflow.value}
+    return {key: value for key, value in plain.items() if key not in {"topic", "deadlines_missed"}}
 
 
 @dataclass(frozen=True, slots=True)
-class ServiceStatistics:
+class ServiceStatistics(Account):
     """The accounts of one service: one per present or past server or client node of this process."""
 
+    KEY: ClassVar[tuple[str, ...]] = ("service",)
     service: str
+    type: str
     servers: tuple[ServerStatistics, ...]
     clients: tuple[ClientStatistics, ...]
 
+    @property
+    def name(self) -> str:
+        """The name of the service."""
+        return self.service
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the service's entry in a report."""
+        plain = asdict(self)
+        return {"name": plain.pop("service"), **plain}
+
 
 @dataclass(frozen=True, slots=True)
-class TimerStatistics:
+class TimerStatistics(Account):
     """One timer's line of the report; times in seconds of the run's clock."""
 
+    KEY: ClassVar[tuple[str, ...]] = ("node", "name")
     node: str
     name: str
     period_s: float

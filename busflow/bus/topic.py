@@ -18,8 +18,9 @@ from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
 from busflow.bus.qos import Overflow
 from busflow.bus.statistics import PublisherStatistics, SubscriptionStatistics, TopicStatistics
+from busflow.clock import NS_PER_S
 from busflow.errors import SendTimeout
-from busflow.interfaces.message import Message
+from busflow.interfaces.message import Message, type_name
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -134,11 +135,13 @@ class Topic(DeliverySource, Generic[M]):
         present = [line if before is None else before + line for before, line in lines]
         return TopicStatistics(
             topic=self.name,
+            type=type_name(self.type),
             published=self.published + self.earlier,
+            subscriptions=(*present, *gone.values()),
             arrived=self.arrived + self.earlier,
+            since_s=max(0, self.since_ns - self.clock.monotonic_ns() + self.clock.elapsed_ns()) / NS_PER_S,
             losses=dict(self.losses),
             publishers=tuple(each.statistics() for each in self.publishers),
-            subscriptions=(*present, *gone.values()),
         )
 
     @property

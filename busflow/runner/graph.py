@@ -41,7 +41,7 @@ from busflow.runner.host import Outside
 from busflow.runner.orphan_tasks import OrphanTasks
 from busflow.runner.planning.planned_node import PlannedNode
 from busflow.runner.planning.preflight import Plan, Preflight
-from busflow.runner.report import Report, SnapshotReport, service_reports, topic_reports
+from busflow.runner.report import Report, SnapshotReport, used_topics
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.stuck_handlers import stuck_handlers_named
@@ -457,11 +457,11 @@ class Graph:
             duration_s=self.clock.seconds() if self._duration_s is None else self._duration_s,
             exit_code=self.exit_code,
             nodes=tuple(each.statistics() for each in self.supervisors),
-            topics=topic_reports(self.bus),
-            services=service_reports(self.bus),
+            topics=used_topics(counts := self.bus.statistics()),
+            services=counts.services,
             timers=tuple(timer.statistics() for each in self.supervisors for timer in each.runtime.endpoints.timers),
-            inbox_dropped=self.bus.inbox.dropped,
-            inbox_refused=self.bus.inbox.refused,
+            inbox_dropped=counts.inbox.dropped,
+            inbox_refused=counts.inbox.refused,
             blocks=self.watchdog.statistics() if self.watchdog else (),
             log_lines_lost=self.log.lost,
         )

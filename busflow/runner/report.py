@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from busflow.actions.accounts import action_accounts
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
-from busflow.bus.statistics import SubscriptionStatistics
-from busflow.interfaces.message import type_name
 from busflow.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from busflow.bus.bus import Bus
-    from busflow.bus.statistics import ClientStatistics, ServerStatistics, TimerStatistics
+    from busflow.bus.statistics import BusStatistics, ServiceStatistics, TimerStatistics, TopicStatistics
     from busflow.errors import ExitCode
 
 _COLUMNS = ("topic", "type", "published", "subscription", "delivered", "dropped", "queued")
@@ -38,32 +35,6 @@ class NodeReport:
     """Number of failures, also of those after which it was restarted."""
     last_failure: str | None = None
     """The last failure, in one line."""
-
-
-@dataclass(frozen=True, slots=True)
-class TopicReport:
-    """One topic: the number of published messages, and the ledger of each subscription."""
-
-    name: str
-    type: str
-    published: int
-    subscriptions: tuple[SubscriptionStatistics, ...]
-    arrived: int = 0
-    """Number of them that came from another process; 0 in the report of a whole run."""
-    since_s: float = 0.0
-    """Time of its first publisher, in seconds of the run."""
-    losses: dict[str, int] = field(default_factory=dict[str, int])
-    """Messages of other processes (`lost`, `malformed`, …) and threads (`inbox_dropped`, `inbox_refused`) not taken."""
-
-
-@dataclass(frozen=True, slots=True)
-class ServiceReport:
-    """One service: the statistics of its server and of each client."""
-
-    name: str
-    type: str
-    servers: tuple[ServerStatistics, ...]
-    clients: tuple[ClientStatistics, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,9 +122,9 @@ class Report:
     duration_s: float
     exit_code: ExitCode
     nodes: tuple[NodeReport, ...]
-    topics: tuple[TopicReport, ...]
+    topics: tuple[TopicStatistics, ...]
     timers: tuple[TimerStatistics, ...]
-    services: tuple[ServiceReport, ...] = ()
+    services: tuple[ServiceStatistics, ...] = ()
     inbox_dropped: int = 0
     """Messages from other threads that found the inbox full, or came after the end."""
     inbox_refused: int = 0
@@ -196,7 +167,7 @@ class Report:
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as `--report FILE` writes it."""
-        services = [asdict(service) for service in self.services]
+        services = [service.as_json() for service in self.services]
         return {
             "name": self.name,
             "seed": self.seed,
@@ -204,7 +175,7 @@ class Report:
             "duration_s": self.duration_s,
             "exit_code": int(self.exit_code),
             "nodes": [asdict(node) for node in self.nodes],
-            "topics": [_topic_json(topic) for topic in self.topics],
+            "topics": [topic.as_json() for topic in self.topics],
             "services": services,
             "actions": list(action_accounts(services)),
             "timers": [asdict(timer) for timer in self.timers],
@@ -218,49 +189,13 @@ class Report:
         }
 
 
-def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
-    """Return the topics by name, each with the ledger; `/rosout` and `/parameter_events` only once they are used."""
-    return tuple(
-        TopicReport(
-            name=each.topic,
-            type=type_name((topic := bus.topics[each.topic]).type),
-            published=each.published,
-            arrived=each.arrived,
-            since_s=max(0, topic.since_ns - topic.clock.monotonic_ns() + topic.clock.elapsed_ns()) / 1e9,
-            losses=each.losses,
-            subscriptions=each.subscriptions,
-        )
-        for each in (bus.topics[name].statistics() for name in sorted(bus.topics))
-        if each.topic not in {PARAMETER_EVENTS, ROSOUT} or each.published or each.subscriptions
-    )
+def used_topics(counts: BusStatistics) -> tuple[TopicStatistics, ...]:
+    """Return the topics; `/rosout` and `/parameter_events` only once they are used."""
+    own = {PARAMETER_EVENTS, ROSOUT}
+    return tuple(each for each in counts.topics if each.topic not in own or each.published or each.subscriptions)
 
 
-def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
-    """Return the bus's services by name, each with the accounts of both its ends."""
-    return tuple(
-        ServiceReport(each.service, type_name(bus.services[each.service].type), each.servers, each.clients)
-        for each in (bus.services[name].statistics() for name in sorted(bus.services))
-    )
-
-
-def _topic_cells(topic: TopicReport) -> Sequence[tuple[object, ...]]:
+def _topic_cells(topic: TopicStatistics) -> Sequence[tuple[object, ...]]:
     own = topic.name, topic.type, topic.published
     lines = [(*own, each.node, each.delivered, each.dropped, each.queued) for each in topic.subscriptions]
     return lines or [(*own, "", "", "", "")]
-
-
-def _topic_json(topic: TopicReport) -> dict[str, Any]:
-    return {
-        "name": topic.name,
-        "type": topic.type,
-        "published": topic.published,
-        "arrived": topic.arrived,
-        "since_s": topic.since_s,
-        "losses": topic.losses,
-        "subscriptions": [_subscription_json(line) for line in topic.subscriptions],
-    }
-
-
-def _subscription_json(line: SubscriptionStatistics) -> dict[str, Any]:
-    plain = asdict(line) | {"overflow": line.overflow.value}
-    return {key: value for key, value in plain.items() if key not in {"topic", "deadlines_missed"}}

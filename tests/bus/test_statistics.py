@@ -12,8 +12,13 @@ from busflow.bus.statistics import (
     ClientStatistics,
     DispatcherStatistics,
     InboxStatistics,
+    PublisherStatistics,
     ServerStatistics,
+    ServiceStatistics,
     SubscriptionStatistics,
+    TimerStatistics,
+    TopicStatistics,
+    added,
 )
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import Trigger
@@ -87,6 +92,32 @@ def test_accounts_of_successive_starts_add_up():
     assert served + served == ServerStatistics("/s", "/do", 10, 12, 2, 2, 2, 2, 2, 2)
     called = ClientStatistics("/c", "/do", 4, 1, 1, 1, 1, 1, {"ServiceTimeout": 1})
     assert called + called == ClientStatistics("/c", "/do", 8, 2, 2, 2, 2, 2, {"ServiceTimeout": 2})
+
+
+def test_topics_of_two_processes_add_up_end_by_end():
+    second, elsewhere = replace(LINE, published=1, delivered=0, dropped=0, queued=1, drops={}), replace(LINE, node="/b")
+    sender = PublisherStatistics("/source", "/number", 5, 0, 1, True, 0, 0)
+    here = TopicStatistics("/number", "a/msg/B", 9, (LINE, second), 4, 2.5, {"lost": 1}, (sender,))
+    there = TopicStatistics("/number", "a/msg/B", 3, (second, elsewhere), 1, 1.5, {"lost": 2, "early": 1}, (sender,))
+    (found,) = added([here], [there])
+    assert found.name == "/number"
+    assert (found.published, found.arrived, found.since_s, found.losses) == (12, 5, 1.5, {"lost": 3, "early": 1})
+    assert found.subscriptions == (LINE + second, second, elsewhere)
+    assert found.publishers == (PublisherStatistics("/source", "/number", 10, 0, 2, True, 0, 0),)
+
+
+def test_services_and_timers_of_two_processes_add_up_by_name():
+    served = ServerStatistics("/s", "/do", 10, 6, 1, 1, 1, 1, 1, 1)
+    called = ClientStatistics("/c", "/do", 4, 1, 1, 1, 1, 1, {})
+    do = ServiceStatistics("/do", "a/srv/Do", (served,), (called,))
+    other = replace(do, service="/other")
+    assert added([do], [other, replace(do, clients=(replace(called, node="/d"),))]) == (
+        ServiceStatistics("/do", "a/srv/Do", (served + served,), (called, replace(called, node="/d"))),
+        other,
+    )
+    tick = TimerStatistics("/s", "tick", 1.0, 3, 1, 0.1, 0.2)
+    later = TimerStatistics("/s", "tick", 2.0, 4, 0, None, 0.3)
+    assert added([tick], [], [later]) == (TimerStatistics("/s", "tick", 2.0, 7, 1, None, 0.3),)
 
 
 def test_statistics_cannot_be_changed():

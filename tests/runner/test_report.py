@@ -67,7 +67,7 @@ def test_printed_report_is_a_table(report):
 
 
 def test_a_table_escapes_names(report):
-    hostile = replace(report, name="<script>", topics=(replace(report.topics[0], name="<b>", subscriptions=()),))
+    hostile = replace(report, name="<script>", topics=(replace(report.topics[0], topic="<b>", subscriptions=()),))
     html = hostile._repr_html_()
     assert "<script>" not in html
     assert "<td>&lt;b&gt;</td>" in html

@@ -16,7 +16,7 @@ from busflow.bus.services.call import Answerer, Asker, Call, Req, Res, current_a
 from busflow.bus.statistics import ClientStatistics, ServerStatistics, ServiceStatistics
 from busflow.clock import NS_PER_S
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
-from busflow.interfaces.message import ServiceType
+from busflow.interfaces.message import ServiceType, type_name
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ class Service(DeliverySource, Generic[Req, Res]):
             _enter(servers, here)
         for client in self.clients:
             _enter(clients, client.statistics())
-        return ServiceStatistics(self.name, tuple(servers.values()), tuple(clients.values()))
+        return ServiceStatistics(self.name, type_name(self.type), tuple(servers.values()), tuple(clients.values()))
 
 
 def _enter(accounts: dict[str, S], account: S) -> None:

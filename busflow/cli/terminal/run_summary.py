@@ -14,7 +14,8 @@ from busflow.cli.terminal.table import Column, bare, print_table, print_text
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
-    from busflow.runner.report import NodeReport, ProcessReport, RecordingReport, Report, ServiceReport, TopicReport
+    from busflow.bus.statistics import ServiceStatistics, TopicStatistics
+    from busflow.runner.report import NodeReport, ProcessReport, RecordingReport, Report
 
 
 def print_summary(report: Report) -> None:
@@ -65,7 +66,7 @@ def _remarks(report: Report) -> Iterator[str]:
         yield snapshot_line(asdict(snapshot))
 
 
-def _topic_losses(topic: TopicReport) -> Iterator[str]:
+def _topic_losses(topic: TopicStatistics) -> Iterator[str]:
     """Yield a sentence for each way in which messages of a topic did not reach a subscription's queue."""
     # Here, because `topic stats` uses this module too, and shall not load what only a run needs.
     from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
@@ -91,7 +92,7 @@ def _topic_losses(topic: TopicReport) -> Iterator[str]:
             yield f"{missed} never reached {printable(line.node)}: it was not there, or its link lost them"
 
 
-def _away(topic: TopicReport) -> Iterator[str]:
+def _away(topic: TopicStatistics) -> Iterator[str]:
     """Yield a sentence for each subscription that was not there for all messages of its topic."""
     for line in topic.subscriptions:
         if (away := topic.published - line.published) > 0:
@@ -201,12 +202,12 @@ def _actions(actions: Sequence[Mapping[str, Any]]) -> Iterator[tuple[object, ...
                 yield f"  {arrow} {each['node']}", "", goals, *counts
 
 
-def _received(service: ServiceReport) -> Iterator[int]:
+def _received(service: ServiceStatistics) -> Iterator[int]:
     yield from (line.received for line in service.servers)
     yield from (line.called for line in service.clients)
 
 
-def _served(service: ServiceReport) -> Iterator[tuple[str, str, dict[str, int]]]:
+def _served(service: ServiceStatistics) -> Iterator[tuple[str, str, dict[str, int]]]:
     for line in service.servers:
         counts = {
             "calls": line.received,
@@ -220,7 +221,7 @@ def _served(service: ServiceReport) -> Iterator[tuple[str, str, dict[str, int]]]
         yield f"  ← {line.node}", f"depth {line.depth}", counts
 
 
-def _called(service: ServiceReport) -> Iterator[tuple[str, str, dict[str, int]]]:
+def _called(service: ServiceStatistics) -> Iterator[tuple[str, str, dict[str, int]]]:
     for line in service.clients:
         counts = {
             "calls": line.called,

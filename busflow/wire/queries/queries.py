@@ -16,7 +16,6 @@ from busflow.errors import NoSuchTarget
 from busflow.interfaces.message import ServiceType, type_name
 from busflow.node.parameter_messages import type_of
 from busflow.runner.by_hand import Order, OrdersByHand
-from busflow.runner.report import service_reports
 from busflow.runner.service_events import event_class
 from busflow.text import did_you_mean, quoted
 from busflow.wire.queries.kept_messages import KeptMessages
@@ -160,7 +159,7 @@ class Questions:
                 for topic in graph.bus.topics.values()
                 if topic.publishers or topic.subscriptions or topic.name not in self.left_topics
             ],
-            "services": [asdict(each) for each in service_reports(self._graph.bus)],
+            "services": [each.as_json() for each in graph.bus.statistics().services],
             "timers": timers,
             "elsewhere": sorted(self._elsewhere),
             **self._facts(),

@@ -6,10 +6,16 @@ from typing import Any
 import pytest
 
 from busflow.bus.qos import Overflow
-from busflow.bus.statistics import ClientStatistics, ServerStatistics, SubscriptionStatistics
+from busflow.bus.statistics import (
+    ClientStatistics,
+    ServerStatistics,
+    ServiceStatistics,
+    SubscriptionStatistics,
+    TopicStatistics,
+)
 from busflow.cli.terminal.run_summary import print_summary
 from busflow.errors import ExitCode
-from busflow.runner.report import NodeReport, ProcessReport, Report, ServiceReport, TopicReport
+from busflow.runner.report import NodeReport, ProcessReport, Report
 from tests.golden import Golden
 
 LINE = SubscriptionStatistics("/late", "/t", 10, Overflow.DROP_OLDEST, 6, 6, 0, 0)
@@ -21,8 +27,8 @@ IDLE = replace(FINE, service="/n/idle", received=0, served=0)
 CLIENT = ClientStatistics("/m", "/n/slow", called=15, answered=1, failed=5, timed_out=3, cancelled=4, waiting=5)
 
 
-def service(name: str, server: ServerStatistics, *clients: ClientStatistics) -> ServiceReport:
-    return ServiceReport(name, "std_srvs/srv/Trigger", (server,), clients)
+def service(name: str, server: ServerStatistics, *clients: ClientStatistics) -> ServiceStatistics:
+    return ServiceStatistics(name, "std_srvs/srv/Trigger", (server,), clients)
 
 
 CASES: dict[str, dict[str, Any]] = {
@@ -35,18 +41,20 @@ CASES: dict[str, dict[str, Any]] = {
             ProcessReport("left", 2, ("/b",), 2, "running", ("it ended so", "the process left was ended by SIGKILL")),
             ProcessReport("right", None, ("/c",), 0, "failed", ("the process right ended with exit code 1",)),
         ),
-        "topics": (TopicReport("/t", "a/msg/B", 9, (), losses={"lost": 3, "malformed": 0, "refused": 1, "early": 1}),),
+        "topics": (
+            TopicStatistics("/t", "a/msg/B", 9, (), losses={"lost": 3, "malformed": 0, "refused": 1, "early": 1}),
+        ),
     },
     "messages published beside a subscription": {
-        "topics": (TopicReport("/t", "a/msg/B", 9, (LINE, replace(LINE, node="/there", published=9, delivered=9))),)
+        "topics": (TopicStatistics("/t", "a/msg/B", 9, (LINE, replace(LINE, node="/there", published=9, delivered=9))),)
     },
     "losses of the inbox": {
-        "topics": (TopicReport("/t", "a/msg/B", 9, (), losses={"inbox_dropped": 3, "inbox_refused": 1}),),
+        "topics": (TopicStatistics("/t", "a/msg/B", 9, (), losses={"inbox_dropped": 3, "inbox_refused": 1}),),
         "inbox_dropped": 3,
         "inbox_refused": 1,
     },
     "a rate since the first publisher": {
-        "topics": (TopicReport("/a", "a/msg/B", 200, ()), TopicReport("/late", "a/msg/B", 50, (), since_s=7.5))
+        "topics": (TopicStatistics("/a", "a/msg/B", 200, ()), TopicStatistics("/late", "a/msg/B", 50, (), since_s=7.5))
     },
     "calls that failed in every way": {"services": (service("/n/slow", SERVER, CLIENT), service("/n/fine", FINE))},
     "calls, and a service that was not called": {"services": (service("/n/fine", FINE), service("/n/idle", IDLE))},
