@@ -5,40 +5,24 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from busflow.dds import attach_bridge
-from busflow.errors import (
-    ExitCode,
-    IncompleteRecording,
-    LaunchError,
-    NodeFailed,
-    NotRunning,
-    Problem,
-    ProgramFailed,
-    Stray,
-)
+from busflow.errors import ExitCode, LaunchError, NotRunning, Problem
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import console_sink
-from busflow.programs import attach_programs
+from busflow.runner.assembly import Given, Kind, Role, Run
 from busflow.runner.extension import Extension
-from busflow.runner.graph import Graph
-from busflow.runner.loops.choice import LoopName, chosen_loop
-from busflow.runner.loops.system import LoopFactory
+from busflow.runner.loops.choice import LoopName
 from busflow.runner.planning.machine import on_machine
-from busflow.runner.run import run_graph
-from busflow.runner.source import Source
-from busflow.runner.sources import What, described, is_simulated
+from busflow.runner.source import variables_of
+from busflow.runner.sources import Wanted, What, described, is_simulated
 from busflow.runner.watchdog import BOUND_S
 
 if TYPE_CHECKING:
-    from busflow.processes.process_group import ProcessGroup
-    from busflow.recording.recorder.options import Wanted
+    from busflow.runner.graph import Graph
 
 
 def launch(
@@ -72,11 +56,18 @@ def launch(
         LaunchError: with every problem of the launch files; on start, with every problem of the graph.
         RecordingRefused: on start, the file exists already, or cannot be created.
     """
-    sink = console_sink(sys.stderr, colour=False)
-    graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
+    given = Given(
+        args=args,
+        seed=seed,
+        strict=strict,
+        sinks=(console_sink(sys.stderr, colour=False),),
+        watchdog_s=watchdog,
+        inspect=inspect,
+        record=record,
+    )
+    graph = Run(what, Kind.LAUNCH, given).build()
     graph.attach(_PlacementNote(graph))
-    attach_programs(graph, [placed(each, ProcessLayout.ONE) for each in graph.descriptions])
-    return _observed(graph, record, inspect)
+    return graph
 
 
 def run(
@@ -104,30 +95,28 @@ def run(
         NotRunning: an event loop runs in this thread already, as in a notebook.
     """
     _check_that_it_can_run(what)
-    outer = dict(os.environ)
+    given = Given(
+        args=args,
+        outer=dict(os.environ),
+        seed=seed,
+        sinks=(console_sink(sys.stderr, colour=False),),
+        watchdog_s=watchdog,
+        event_loop=event_loop,
+        layout=ProcessLayout.ONE if one_process else ProcessLayout.FILE,
+        inspect=inspect,
+        record=record,
+    )
     ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
     descriptions = [each for each in ready if isinstance(each, LaunchDescription)]
-    sink = console_sink(sys.stderr, colour=False)
-    simulated = any(map(is_simulated, descriptions))
-    new_loop = chosen_loop(event_loop, simulated=simulated)
-    with _environment(descriptions):
-        if simulated:
-            from busflow.runner.simulation import simulated_graph
-
-            show = None if inspect is False else partial(_observed, record=False, inspect=inspect)
-            with simulated_graph(ready, show=show, seed=seed, sinks=(sink,)) as (graph, loop_factory):
-                return _run_to_end(_observed(graph, record, inspect=False), loop_factory)
-        ready = [
-            on_machine(each, machine, together=one_process) if isinstance(each, LaunchDescription) else each
-            for each in ready
-        ]
-        spread = [each for each in ready if isinstance(each, LaunchDescription) and _is_spread(each)]
-        graph = Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog)
-        if not spread or one_process:
-            return _run_to_end(_observed(graph, record, inspect), new_loop)
-        _check_that_it_can_be_spread(what, spread[0], inspect)
-        group = _process_group(graph, spread[0], inspect, outer, args or {}, record, event_loop)
-        return _run_to_end(graph, new_loop, group)
+    with variables_of(descriptions):
+        if not any(map(is_simulated, descriptions)):
+            here = {id(each): on_machine(each, machine, together=one_process) for each in descriptions}
+            ready = [here.get(id(each), each) for each in ready]
+        with Run(ready, Kind.RUN, given) as whole:
+            if whole.role is Role.MAIN:
+                _check_that_it_can_be_spread(what, whole.descriptions, inspect)
+            whole.build()
+            return whole.go(lambda text: sys.stderr.write(f"error: {text}\n"))
 
 
 def _check_that_it_can_run(what: Sequence[What]) -> None:
@@ -150,27 +139,6 @@ def _check_that_it_can_run(what: Sequence[What]) -> None:
     )
 
 
-def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph:
-    """Attach a recorder if `record` or the launch file asks for it, and inspection; return the graph.
-
-    Raises:
-        InvalidParameter: keys of the recording are invalid, with every reason.
-        InvalidName: a pattern of topics is invalid.
-    """
-    if record or (record is None and any(each.record for each in graph.descriptions)):
-        from busflow.recording.recorder.recorder import record_graph
-
-        record_graph(graph, record)
-    if inspect is not False:
-        from busflow.ros2 import attach_successor, ros2_network
-        from busflow.wire.mirror.membership import inspectable
-
-        inspectable(graph, inspect, network=ros2_network(graph.descriptions))
-        attach_successor(graph)
-        attach_bridge(graph)
-    return graph
-
-
 class _PlacementNote(Extension):
     """A log line if a launch file states several processes but all nodes run in one."""
 
@@ -186,43 +154,15 @@ class _PlacementNote(Extension):
             self._graph.log.bind("busflow").info(text, processes=", ".join(names))
 
 
-def _process_group(
-    graph: Graph,
-    spread: LaunchDescription,
-    name: bool | str,
-    outer: Mapping[str, str],
-    args: Mapping[str, object],
-    record: Wanted | None,
-    event_loop: LoopName,
-) -> ProcessGroup:
-    """Create the group of a graph's other processes, which end with it, and attach the bridge to DDS."""
-    from busflow.processes.process_group import ProcessGroup  # this import needs Zenoh
-    from busflow.recording.recorder.options import spec_of
-
-    known_as = name if isinstance(name, str) else graph.name
-    more: dict[str, Any] = {
-        "network": spread.network if spread.here is not None else None,
-        "record": spec_of(record, spread.record),
-        "event_loop": event_loop,
-    }
-    group = ProcessGroup(
-        graph, placed(spread), name=known_as, source=Source(spread.files[0], args=args), outer=outer, **more
-    )
-    attach_bridge(graph)
-    return group
-
-
-def _is_spread(description: LaunchDescription) -> bool:
-    """Return whether more processes than this one run it, on this machine or on others."""
-    return bool(placed(description).others) or description.here is not None
-
-
-def _check_that_it_can_be_spread(what: Sequence[What], spread: LaunchDescription, inspect: bool | str) -> None:
+def _check_that_it_can_be_spread(
+    what: Sequence[What], descriptions: Sequence[LaunchDescription], inspect: bool | str
+) -> None:
     """Refuse arguments that cannot be passed on to other processes.
 
     Raises:
         LaunchError: the message says what to do instead.
     """
+    spread = next(each for each in descriptions if placed(each).others or each.here is not None)
     place = spread.processes[0].origin.place if spread.processes else None
     problem = fix = ""
     if sum(isinstance(each, str | Path | LaunchDescription) for each in what) > 1:
@@ -236,34 +176,3 @@ def _check_that_it_can_be_spread(what: Sequence[What], spread: LaunchDescription
         fix = "leave it out"
     if problem:
         raise LaunchError([Problem("processes", problem, f"{fix}; or run(…, one_process=True)", place)])
-
-
-@contextmanager
-def _environment(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
-    """Set the environment variables that launch files state, and restore the environment at the end."""
-    stated = {name: value for each in descriptions for name, value in each.environment.items()}
-    before = {name: os.environ.get(name) for name in stated}
-    os.environ.update(stated)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            os.environ.pop(name, None)
-            if value is not None:
-                os.environ[name] = value
-
-
-def _run_to_end(graph: Graph, loop_factory: LoopFactory, group: ProcessGroup | None = None) -> ExitCode:
-    layout = ProcessLayout.FILE if group else ProcessLayout.ONE
-    attach_programs(graph, [placed(each, layout) for each in graph.descriptions])
-    try:
-        run_graph(graph, loop_factory=loop_factory)
-    except NodeFailed:
-        sys.stderr.writelines(f"error: {each.render()}\n" for each in graph.failures)
-    except (IncompleteRecording, ProgramFailed, Stray) as error:
-        sys.stderr.write(f"error: {error}\n")
-    finally:
-        if group:
-            group.finish()
-            sys.stderr.writelines(f"error: {text}\n" for text in group.failures)
-    return graph.exit_code

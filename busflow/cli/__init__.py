@@ -95,7 +95,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             with messages_lost():
                 sys.stderr.flush()
     if argv is None:
-        from busflow.runner.leaving import leave
+        from busflow.runner.own_process import leave
 
         leave(code)
     return code

@@ -98,7 +98,7 @@ def _problems(source: LaunchSource, machine: str | None, *, strict: bool) -> lis
     with importing():
         from busflow.launchfile.model.placement import placed
         from busflow.launchfile.model.problems import in_order
-        from busflow.runner.graph import Graph
+        from busflow.runner.assembly import Given, Kind, Run
         from busflow.runner.sources import is_simulated
         from busflow.testing.expectations import expectation_problems
 
@@ -108,7 +108,7 @@ def _problems(source: LaunchSource, machine: str | None, *, strict: bool) -> lis
         if not is_simulated(description):
             description, about_machines = _as_seen(description, machine)
             found += about_machines
-        plan = Graph([description], strict=strict).plan()
+        plan = Run([description], Kind.PLAN, Given(strict=strict)).plan()
         if description.interfaces:
             from busflow.runner.planning.definitions import definition_problems
 

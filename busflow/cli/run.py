@@ -70,9 +70,6 @@ Examples:
 def run(
     context: click.Context,
     source: LaunchSource | None,
-    for_s: float | None,
-    report: Path | None,
-    trace: Path | None,
     no_inspect: bool,
     processes: str,
     one_process: bool,
@@ -90,10 +87,9 @@ def run(
     if one_process and processes == "auto":
         raise click.UsageError("--one-process and --processes auto exclude each other", context)
     with importing():
-        from busflow.cli.running import Run
+        from busflow.cli.running import run_to_end
 
-    run = Run(source, layout="one" if one_process else processes, inspect=not no_inspect, **options)
-    return run.go(for_s, report, trace)
+    return run_to_end(source, layout="one" if one_process else processes, inspect=not no_inspect, **options)
 
 
 def _help(context: click.Context, source: LaunchSource | None) -> int:

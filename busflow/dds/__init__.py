@@ -15,27 +15,24 @@ again when it fails. A fault of the DDS library, in C, ends the bridge and not t
   endpoints like any other process's: whether types, definitions and QoS fit is decided where it always is.
 - `names`, `qos` and `known_types` translate. `carried` counts, and keeps the log short whatever a neighbour does.
 
-docs/decisions/0041 has the reasons. A run without a bridge imports nothing of this package but this module.
+docs/decisions/0041 has the reasons. A run without a bridge imports nothing of this package.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from busflow.launchfile.model.ros2 import Ros2Transport
-
 if TYPE_CHECKING:
-    from busflow.runner.graph import Graph
+    from busflow.runner.assembly import Run
 
 
-def attach_bridge(graph: Graph) -> None:
-    """Attach a bridge to DDS to a graph whose launch file asks for one; call it once other terminals can find the run.
+def attach_bridge(run: Run) -> None:
+    """Attach a bridge to DDS to a run whose launch file asks for one, once other terminals can find the run.
 
     Raises:
         LaunchError: the environment names no valid domain.
     """
-    spec = next((each.ros2 for each in graph.descriptions if each.ros2 is not None), None)
-    if spec is not None and spec.transport is Ros2Transport.DDS:
+    if run.ros2 is not None:
         from busflow.dds.extension import BridgeProcess
 
-        graph.attach(BridgeProcess(graph, spec))
+        run.graph.attach(BridgeProcess(run.graph, run.ros2))

@@ -23,6 +23,7 @@ from busflow.processes.shares import Shares
 from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
 from busflow.ros2 import attach_successor, ros2_network
 from busflow.runner.extension import Extension
+from busflow.runner.source import Source
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership, card_of
 from busflow.wire.zenoh.held_port import HeldPort
@@ -30,84 +31,90 @@ from busflow.wire.zenoh.run_directory import RunDirectory
 from busflow.wire.zenoh.session import SOCKET, require_unix_sockets
 
 if TYPE_CHECKING:
-    from busflow.launchfile.model.description import RecordSpec
-    from busflow.launchfile.model.network import NetworkSpec
     from busflow.log import LogRecord
     from busflow.processes.joint_recording import JointRecording
     from busflow.processes.joint_snapshots import JointSnapshots
     from busflow.recording.recorder.snapshot_share import SnapshotShare
-    from busflow.runner.graph import Graph
+    from busflow.runner.assembly import Run
     from busflow.runner.planning.preflight import Plan
     from busflow.runner.report import Report
-    from busflow.runner.source import Source
     from busflow.wire.mirror.barrier import Barrier
+
+
+def start_others(run: Run) -> None:
+    """Let a run start its other processes, and join other machines.
+
+    Raises:
+        LaunchError, RecordingRefused, InvalidName: as `ProcessGroup`.
+    """
+    run.others = group = ProcessGroup(run)
+    run.graph.attach(group)
+    attach_successor(run.graph)
+
+
+def record_all(run: Run) -> None:
+    """Record all processes of a run."""
+    if isinstance(run.others, ProcessGroup):
+        run.others.record()
 
 
 class ProcessGroup(Extension):
     """The worker processes of a run, as an extension of the main process's graph."""
 
-    def __init__(
-        self,
-        graph: Graph,
-        placement: Placement,
-        *,
-        name: str,
-        source: Source,
-        outer: Mapping[str, str],
-        network: NetworkSpec | None = None,
-        record: RecordSpec | None = None,
-        event_loop: str = "busflow",
-    ) -> None:
-        """Prepare the processes that start with the graph of the main process.
-
-        Args:
-            graph: the graph of the main process, planned with the nodes of all processes.
-            placement: the process of each node.
-            name: the run's name for other terminals.
-            source: the launch file, which each process reads.
-            outer: the environment without the launch file's variables.
-            network: the machines of the run, if there are several.
-            record: the recording of the launch file, of which each process writes its share.
-            event_loop: the name of the event loop in each process.
+    def __init__(self, run: Run) -> None:
+        """Prepare the processes that start with the graph of the main process, and join the run then.
 
         Raises:
             LaunchError: the graph cannot run in these processes; the error lists every problem.
             RecordingRefused, InvalidName: the recording cannot be made as requested.
         """
-        self._graph, self._name, self._outer, self._source = graph, name, outer, source.absolute()
-        self._event_loop, self._log = event_loop, graph.log.bind("busflow")
+        graph, given, description, placement = run.graph, run.given, run.descriptions[0], run.placements[0]
+        source = given.source or Source(description.files[0], args=given.args or {})
+        self._graph, self._outer, self._source = graph, given.outer, source.absolute()
+        self._name = given.inspect if isinstance(given.inspect, str) else graph.name
+        self._event_loop, self._log = given.event_loop, graph.log.bind("busflow")
         plan = graph.plan()
         plan.problems += crossing_problems(plan, placement)
         if plan.errors:
             raise LaunchError(plan.errors)
         self._stated = [variable for each in graph.descriptions for variable in each.environment]
         self._node_order = [each.runtime.full_name for each in plan.nodes]
-        self._prepare_recording(record, placement, plan)
+        self._prepare_recording(run, placement, plan)
         keep_main(plan, placement)
         self._main = placement.main
+        network = description.network if description.here is not None else None
         self._machines = Machines(network, placement.machine, self._log, self.seconds) if network else None
         self.workers: list[WorkerProcess] = [
             self._worker(placement, process, f"{number}.sock") for number, process in enumerate(placement.others, 1)
         ]
         self._by_name = {worker.name: worker for worker in self.workers}
         self._recording_failures: list[str] = []  # of a recording with `on_drop: fail`
-        self._attach_to(graph)
+        self._prepare_membership()
 
-    def _prepare_recording(self, record: RecordSpec | None, placement: Placement, plan: Plan) -> None:
-        """Attach the recording of all processes, or their snapshots; the plan still has the nodes of all processes."""
+    def _prepare_recording(self, run: Run, placement: Placement, plan: Plan) -> None:
+        """Prepare the recording of all processes, or their snapshots; the plan still has the nodes of all processes."""
         self._recording: JointRecording | None = None
         self._snapshots: JointSnapshots | None = None
-        self._shares = Shares(record, placement, plan) if record is not None else None
-        if record is not None and record.snapshot is None:
-            self._recording = self._attach_recording(record, placement, plan)
-        elif self._shares is not None and record is not None:
+        self._own_snapshots: SnapshotShare | None = None
+        self._shares: Shares | None = None
+        if not run.is_recorded:
+            return
+        from busflow.recording.recorder.options import spec_of
+
+        record = spec_of(run.given.record, run.descriptions[0].record)
+        if record is None:
+            return
+        self._shares = Shares(record, placement, plan)
+        if record.snapshot is None:
+            from busflow.processes.joint_recording import JointRecording
+
+            self._recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
+        else:
             from busflow.processes.joint_snapshots import JointSnapshots
 
             self._snapshots = JointSnapshots(self._graph, record, self._shares, self._start_snapshot)
-            self._graph.attach(self._snapshots)
 
-    def _attach_to(self, graph: Graph) -> None:
-        """Attach this group, and the main process's own recording or snapshots, to the graph of the main process."""
+    def _prepare_membership(self) -> None:
         self._directory: RunDirectory | None = None
         self._ports: dict[str, HeldPort] = {}  # by socket of a worker process; empty without nodes of ROS 2
         self._ros2_dials: tuple[str, ...] = ()
@@ -117,34 +124,29 @@ class ProcessGroup(Extension):
         if self._shares is not None:
             self._kill_s += limits.recording_end
         self.end_s: float = self._kill_s + limits.last_reports
-        graph.attach(self)
-        attach_successor(graph)
+
+    def record(self) -> None:
+        """Attach the recording or snapshots of all processes, and the main process's own share of them."""
+        graph, snapshots, shares = self._graph, self._snapshots, self._shares
         if self._recording is not None:
             from busflow.recording.recorder.recorder import record_share
 
+            graph.attach(self._recording)
             record_share(graph, self._recording.share(self._main))
-        self._own_snapshots = self._attach_own_snapshots(graph)
+        elif snapshots is not None and shares is not None:
+            graph.attach(snapshots)
+            share = shares.of(self._main, Path())
+            if share.spec.snapshot is not None:
+                from busflow.recording.recorder.snapshot_share import SnapshotShare
 
-    def _attach_own_snapshots(self, graph: Graph) -> SnapshotShare | None:
-        """Attach the main process's own share of the snapshots, if there are any."""
-        snapshots, shares = self._snapshots, self._shares
-        if snapshots is None or shares is None:
-            return None
-        share = shares.of(self._main, Path())
-        spec = share.spec.snapshot
-        if spec is None:
-            return None
-        from busflow.recording.recorder.snapshot_share import SnapshotShare
-
-        own = SnapshotShare(
-            graph,
-            share,
-            spec,
-            want=snapshots.fail,
-            on_report=lambda report: snapshots.take(self._main, asdict(report)),
-        )
-        graph.attach(own)
-        return own
+                self._own_snapshots = SnapshotShare(
+                    graph,
+                    share,
+                    share.spec.snapshot,
+                    want=snapshots.fail,
+                    on_report=lambda report: snapshots.take(self._main, asdict(report)),
+                )
+                graph.attach(self._own_snapshots)
 
     def _start_snapshot(self, process: str, path: Path, reason: str) -> bool:
         """Make a process write its last moments; return False if it does not run."""
@@ -164,14 +166,6 @@ class ProcessGroup(Extension):
         else:
             with suppress(NotRunning):  # the run has ended
                 self._graph.bus.call(lambda: snapshots.fail(f"{worker.name}: {message['wanted']}"))
-
-    def _attach_recording(self, record: RecordSpec, placement: Placement, plan: Plan) -> JointRecording:
-        """Attach the recording of all processes; the plan still has the nodes of all processes."""
-        from busflow.processes.joint_recording import JointRecording
-
-        recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
-        self._graph.attach(recording)
-        return recording
 
     def _worker(self, placement: Placement, process: str, socket: str) -> WorkerProcess:
         return WorkerProcess(

@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -19,16 +19,17 @@ from busflow import timeouts
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed, ProcessFailed
 from busflow.processes.assignment import Assignment, ParameterReports
 from busflow.processes.pipe import PipeWriter
+from busflow.runner.assembly import Feature, Given, Kind, Role, Run
 from busflow.runner.extension import Extension
-from busflow.runner.graph import Graph
-from busflow.runner.leaving import leave
 from busflow.runner.loops.choice import chosen_loop
+from busflow.runner.own_process import leave
 from busflow.runner.run import run_graph
 from busflow.wire.mirror.membership import Membership
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
     from busflow.recording.recorder.snapshot_share import SnapshotShare
+    from busflow.runner.graph import Graph
     from busflow.wire.zenoh.network import Network
 
 _COMMAND_BYTES = 1 << 16
@@ -132,17 +133,18 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
         LaunchError: a node that could be built in the main process cannot be built here.
     """
     part = replace(description, nodes=tuple(node for node in description.nodes if node.full_name in assignment.nodes))
-    graph = Graph(
-        [part],
+    given = Given(
         seed=assignment.seed,
         log_level=assignment.log_level,
         sinks=(writer.log,),
         prints_failures=assignment.prints_failures,
         watchdog_s=assignment.watchdog_s,
     )
-    graph.attach(_Part(graph, assignment, writer, commands))
-    if assignment.record is not None:
-        _record(graph, assignment.record, writer, commands)
+    own: dict[Feature, Callable[[Run], object]] = {
+        Feature.LINK: lambda run: run.graph.attach(_Part(run.graph, assignment, writer, commands)),
+        Feature.RECORDER: lambda run: _record(run.graph, assignment.record, writer, commands),
+    }
+    graph = Run([part], Kind.RUN, given, role=Role.WORKER, own=own).build()
     plan = graph.plan()
     if len(plan.nodes) != len(assignment.nodes):
         raise LaunchError(plan.errors)
@@ -155,8 +157,10 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
     return graph
 
 
-def _record(graph: Graph, data: Mapping[str, Any], writer: PipeWriter, commands: _Commands) -> None:
-    """Record this process's share of the run, or keep its last moments."""
+def _record(graph: Graph, data: Mapping[str, Any] | None, writer: PipeWriter, commands: _Commands) -> None:
+    """Record this process's share of the run, or keep its last moments, if there is a recording."""
+    if data is None:
+        return
     from busflow.recording.recorder.share import Share
 
     share = Share.of_json(data)

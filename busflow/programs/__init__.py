@@ -1,7 +1,7 @@
 """Programs of a run, in any language: starts them, restarts them, logs what they print, and leaves none behind.
 
 Knows nothing of what a program does, and gives it no messages. A run without `programs:` imports
-nothing of this package but this module.
+nothing of this package.
 
 The main process of a machine has `Programs` as an extension of its graph. A `Program` waits for what it depends on, and
 for each of its lives starts a `keeper`: a process of the standard library alone, which starts the program in a session
@@ -18,20 +18,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from busflow.launchfile.model.description import ClockMode
-
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from busflow.launchfile.model.placement import Placement
-    from busflow.runner.graph import Graph
+    from busflow.runner.assembly import Run
 
 
-def attach_programs(graph: Graph, placements: Iterable[Placement]) -> None:
-    """Let a graph start the programs of its process, unless its time is simulated: programs live in real time alone."""
-    specs = [spec for each in placements for spec in each.programs.get(each.main, ())]
-    follows = any(each.clock.mode is ClockMode.FOLLOW for each in graph.descriptions)
-    if specs and (graph.clock.kind == "system" or follows):
-        from busflow.programs.programs import Programs
+def attach_programs(run: Run) -> None:
+    """Let a run start the programs of its process."""
+    from busflow.programs.programs import Programs
 
-        graph.attach(Programs(graph, specs))
+    specs = [spec for each in run.placements for spec in each.programs.get(each.main, ())]
+    run.graph.attach(Programs(run.graph, specs))

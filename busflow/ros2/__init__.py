@@ -16,6 +16,7 @@ from busflow.launchfile.model.ros2 import Ros2Transport
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
     from busflow.launchfile.model.ros2 import Ros2Spec
+    from busflow.runner.assembly import Run
     from busflow.runner.graph import Graph
     from busflow.wire.zenoh.network import Network
 
@@ -37,6 +38,14 @@ def ros2_network(
     from busflow.ros2.router import with_ros2
 
     return lambda: with_ros2(spec, linked)
+
+
+def show(run: Run) -> None:
+    """Let other terminals and nodes of ROS 2 find a run of one process."""
+    from busflow.wire.mirror.membership import inspectable
+
+    inspectable(run.graph, run.given.inspect, network=ros2_network(run.descriptions))
+    attach_successor(run.graph)
 
 
 def attach_successor(graph: Graph) -> None:

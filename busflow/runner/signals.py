@@ -25,7 +25,7 @@ from busflow import timeouts
 from busflow.clock import monotonic
 from busflow.errors import ExitCode
 from busflow.runner import standard_error
-from busflow.runner.forks import call_in_children
+from busflow.runner.own_process import call_in_children
 from busflow.runner.running_lines import is_own, running_lines
 from busflow.text import printable
 

@@ -1,12 +1,9 @@
-"""Simulation: a graph on its own virtual time, as fast as possible, at a rate, or after a simulator's `/clock`."""
+"""Following: the time of a run moves after a simulator's `/clock`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
-from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from busflow import timeouts
 from busflow.bus.bus import BusObserver
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.qos import QoS, Reliability
@@ -14,48 +11,29 @@ from busflow.bus.subscription import Subscription
 from busflow.clock import SimClock, Time
 from busflow.errors import IncompatibleType
 from busflow.interfaces.message import type_name
-from busflow.launchfile.model.description import ClockMode, LaunchDescription
 from busflow.msgs.rosgraph_msgs import Clock
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.virtual import VirtualLoop
-from busflow.runner.sources import What
 
 if TYPE_CHECKING:
     from busflow.bus.topic import Topic
-
-
-@contextmanager
-def simulated_graph(
-    what: Sequence[What], *, show: Callable[[Graph], object] | None = None, **options: Any
-) -> Generator[tuple[Graph, Callable[[], VirtualLoop]]]:
-    """Build a graph on simulated time, and a function that returns its loop, for `run_graph`.
-
-    Args:
-        what: As `Graph` takes it; the `clock` of a launch file says how fast time goes, or that it follows a simulator.
-        show: Makes the graph inspectable. It is called only if time follows a simulator, which may be in another
-            process.
-        options: As `Graph` takes them.
-    """
-    clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
-    rate = next((clock.rate for clock in clocks if clock.rate is not None), None)
-    follows = any(clock.mode is ClockMode.FOLLOW for clock in clocks)
-    thread_s = timeouts.current.run_thread
-    with closing(VirtualLoop(rate=rate, follows=follows, thread_s=thread_s, ends_handlers=False)) as loop:
-        clock = SimClock(loop=loop)
-        graph = Graph(what, clock=clock, **options)
-        if follows:
-            following = Following(graph, clock, loop)
-            if show is not None:
-                show(graph)  # first: its extension must begin before `following` attaches an endpoint
-                graph.attach(following)
-        yield graph, lambda: loop
+    from busflow.runner.assembly import Run
 
 
 TOPIC = "/clock"
 _NODE = "/_clock"
 _QOS = QoS(depth=1, reliability=Reliability.BEST_EFFORT)
 """QoS of the subscription: every simulator's publisher satisfies it."""
+
+
+def follow(run: Run) -> None:
+    """Let the time of a run follow `/clock`, which another process may publish if other terminals can find the run."""
+    clock = run.graph.clock
+    if isinstance(clock, SimClock):
+        following = Following(run.graph, clock, run.virtual_loop)
+        if run.is_shown:
+            run.graph.attach(following)
 
 
 class Following(Extension, BusObserver):

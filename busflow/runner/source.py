@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -69,3 +71,18 @@ class Source:
             remaps=self.remaps,
             sets=self.sets,
         )
+
+
+@contextmanager
+def variables_of(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
+    """Set the environment variables that launch files state, and restore the environment at the end."""
+    stated = {name: value for each in descriptions for name, value in each.environment.items()}
+    before = {name: os.environ.get(name) for name in stated}
+    os.environ.update(stated)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value

@@ -9,11 +9,13 @@ from typing import Any, TypeAlias
 
 from busflow.clock import Clock, SimClock, Time
 from busflow.errors import InvalidDeclaration
-from busflow.launchfile.model.description import ClockMode, LaunchDescription
+from busflow.launchfile.model.description import ClockMode, LaunchDescription, RecordSpec
 from busflow.launchfile.model.supervision import Supervision
 from busflow.node.node import NO_INIT, Node
 from busflow.node.supervision import Supervised
 
+Wanted: TypeAlias = str | Path | Mapping[str, object] | RecordSpec | bool
+"""A file to record to; the keys of a launch file's `record:`; True for what the launch file says, False for nothing."""
 What: TypeAlias = str | Path | LaunchDescription | Node | type[Node] | Supervised
 
 

@@ -22,12 +22,12 @@ from busflow.launchfile.model.problems import problems
 from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.log import LogRecord
 from busflow.msgs.std_msgs import Header
+from busflow.runner.assembly import Given, Kind, Run
 from busflow.runner.graph import Graph
 from busflow.runner.loops.virtual_test import run_virtual
 from busflow.runner.planning.endpoints import NO_TOPICS
 from busflow.runner.planning.preflight import PlannedNode
 from busflow.runner.report import SnapshotReport
-from busflow.runner.simulation import simulated_graph
 from busflow.text import counted, did_you_mean
 from busflow.validation.annotations import at, split
 
@@ -69,16 +69,13 @@ class Trials:
 
     def _problems_with(self, seed: int) -> list[tuple[str, Problem]]:
         """Run with one seed; return what was wrong, each with its subject."""
-        from busflow.recording.recorder.recorder import record_graph
-
         unhurried = replace(self.description, clock=replace(self.description.clock, rate=None))
-        with simulated_graph([unhurried], seed=seed) as (graph, loop_factory):
-            record = self.description.record
-            if record is not None and record.snapshot is not None and len(self.snapshots) < _MOST_SNAPSHOTS:
-                record_graph(graph, record)
+        given = Given(seed=seed, simulated=True, record=None if len(self.snapshots) < _MOST_SNAPSHOTS else False)
+        with Run([unhurried], Kind.TEST, given) as run:
+            graph = run.build()
             expectations = Expectations(graph, expectations_of(self.description))
             try:
-                return run_virtual(self._watched(graph, expectations), name="test", loop=loop_factory())
+                return run_virtual(self._watched(graph, expectations), name="test", loop=run.virtual_loop)
             except (NodeFailed, Stray, Deadlock) as error:
                 first, *more = str(error).splitlines()
                 return [(first, Problem("failed-expectation", first, details=tuple(each[2:] for each in more)))]

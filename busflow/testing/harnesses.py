@@ -33,7 +33,7 @@ from busflow.launchfile.model.description import ClockMode
 from busflow.log import LogRecord
 from busflow.node.declarations import checked_name
 from busflow.node.node import Node, runtime_of
-from busflow.runner.graph import Graph
+from busflow.runner.assembly import Given, Kind, Run
 from busflow.runner.loops.stalls import waiting
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.simulation import TOPIC as CLOCK
@@ -43,7 +43,8 @@ from busflow.testing.link_faults import Faults
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
-    from busflow.recording.recorder.options import Wanted
+    from busflow.runner.graph import Graph
+    from busflow.runner.sources import Wanted
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,20 +157,16 @@ class Harness:
         self.log: list[LogRecord] = []
         """Lines that the nodes have logged, the oldest first; of more than 10,000 the newest."""
         self.clock: SimClock = SimClock()
-        self.graph: Graph = Graph(
-            what,
+        given = Given(
             args=args,
             seed=given_seed() if seed is None and loop.schedule is None else seed,
             clock=self.clock,
             log_level=log_level,
             sinks=(self._keep_line,),
             explore=loop.schedule,
-            embedded=True,
+            record=record,
         )
-        if record:
-            from busflow.recording.recorder.recorder import record_graph
-
-            record_graph(self.graph, record)
+        self.graph: Graph = Run(what, Kind.HARNESS, given).build()
         self._loop = loop
         self._traffic: dict[str, _Traffic] = defaultdict(lambda: _Traffic(KEPT if keep is None else keep))
         self._only_newest = keep is not None

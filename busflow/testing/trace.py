@@ -22,7 +22,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from enum import Enum
 from hashlib import blake2b
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -40,8 +40,17 @@ from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.supervisor import Supervisor
 
+if TYPE_CHECKING:
+    from busflow.runner.assembly import Run
+
 _REMEMBERED = 1024
 """Most messages whose hash is kept, since each delivery asks for it again."""
+
+
+def trace(run: Run) -> None:
+    """Write the lines of a run as its options ask."""
+    if run.given.trace is not None:
+        Trace(run.graph, run.given.trace)
 
 
 class Trace(Extension, BusObserver):

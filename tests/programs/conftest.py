@@ -8,10 +8,9 @@ from typing import Any
 import pytest
 
 from busflow.launchfile.load.load import load
-from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import LogRecord
-from busflow.programs import attach_programs
-from busflow.runner.graph import Graph
+from busflow.runner import assembly
+from busflow.runner.assembly import Given, Kind
 from tests.processes.conftest import NODES, Run, starting
 
 PATIENCE_S = 60.0
@@ -50,9 +49,7 @@ class Launched:
         (folder / "run.yaml").write_text(f"plugins: [{NODES}]\n{text}")
         description = load(folder / "run.yaml")
         self.log = Log()
-        self.graph = Graph([description], sinks=(self.log.write,))
-        placement = placed(description, ProcessLayout.ONE)
-        attach_programs(self.graph, [placement])
+        self.graph = assembly.Run([description], Kind.LAUNCH, Given(sinks=(self.log.write,))).build()
 
     def account(self, name: str) -> Any:
         """The report of a program."""

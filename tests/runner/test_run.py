@@ -3,14 +3,17 @@
 import asyncio
 import subprocess
 import sys
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 
 import pytest
 
 import busflow
-from busflow import Node, timer
+from busflow import Graph, Node, timer
 from busflow.errors import ExitCode, LaunchError, NodeFailed
+from busflow.runner.assembly import Given, Kind, Run
+from busflow.runner.loops.system import LoopFactory
 from busflow.runner.run import run_graph
-from busflow.runner.simulation import simulated_graph
 
 SHIELDED = """
 import asyncio, os, signal, sys
@@ -52,27 +55,34 @@ class Unstartable(Node):
         raise OSError("no such port")
 
 
+@contextmanager
+def simulated(nodes: Sequence[type[Node]]) -> Generator[tuple[Graph, LoopFactory]]:
+    """A graph on simulated time, and the function that returns its loop."""
+    with Run(nodes, Kind.TEST, Given(simulated=True)) as run:
+        yield run.build(), run.loop_factory
+
+
 def test_a_virtual_limit_ends_the_run():
-    with simulated_graph([Ticker]) as (graph, loop):
+    with simulated([Ticker]) as (graph, loop):
         assert run_graph(graph, for_s=360.0, loop_factory=loop) is ExitCode.OK
         assert graph.node(Ticker).ticks == 3600
 
 
 @pytest.mark.parametrize("for_s", [None, 60.0])
 def test_a_graph_without_work_ends_early(for_s: float | None):
-    with simulated_graph([Short]) as (graph, loop):
+    with simulated([Short]) as (graph, loop):
         assert run_graph(graph, for_s=for_s, loop_factory=loop) is ExitCode.OK
 
 
 def test_a_failed_node_fails_the_program(golden):
-    with simulated_graph([Ticker, Failing]) as (graph, loop):
+    with simulated([Ticker, Failing]) as (graph, loop):
         with golden.raises(NodeFailed):
             run_graph(graph, for_s=60.0, loop_factory=loop)
         assert graph.exit_code is ExitCode.FAILED
 
 
 def test_a_node_that_cannot_start_fails_it(golden):
-    with simulated_graph([Unstartable]) as (graph, loop), golden.raises(NodeFailed):
+    with simulated([Unstartable]) as (graph, loop), golden.raises(NodeFailed):
         run_graph(graph, loop_factory=loop)
 
 
@@ -81,7 +91,7 @@ def test_an_invalid_graph_starts_nothing():
         async def start(self) -> None:
             raise AssertionError
 
-    with simulated_graph([Doubtful, Doubtful]) as (graph, loop), pytest.raises(LaunchError, match="/doubtful"):
+    with simulated([Doubtful, Doubtful]) as (graph, loop), pytest.raises(LaunchError, match="/doubtful"):
         run_graph(graph, loop_factory=loop)
 
 

@@ -1,6 +1,6 @@
 """The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
 
-Tests of `host.py`, `leaving.py`, `running_lines.py`, `source.py`, `sources.py`, `standard_error.py` and
+Tests of `host.py`, `running_lines.py`, `source.py`, `sources.py`, `standard_error.py` and
 `supervisors.py`.
 """
 
@@ -76,7 +76,7 @@ def test_source_named_like_a_plugin_says_how_to_run_it(tmp_path, monkeypatch):
 
 
 def test_thread_that_hangs_does_not_delay_the_end():
-    code = "import threading; from busflow.runner.leaving import leave; "
+    code = "import threading; from busflow.runner.own_process import leave; "
     code += "threading.Thread(target=threading.Event().wait).start(); leave(7)"
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 7
 

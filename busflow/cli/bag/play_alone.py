@@ -16,16 +16,15 @@ from busflow.bus.names import is_hidden
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.terminal.output import colour, print_answer, print_message
 from busflow.cli.terminal.player_console import Console, PlayerState
-from busflow.errors import BusflowError, ExitCode, NodeFailed
+from busflow.errors import BusflowError, ExitCode
 from busflow.log import LogRecord, console_sink
 from busflow.node.supervision import supervised
 from busflow.recording.bag.bag import Bag
 from busflow.recording.player.ordered_messages import chosen
 from busflow.recording.player.player import Player
+from busflow.runner.assembly import Given, Kind, Run
 from busflow.runner.graph import Graph
-from busflow.runner.run import run_graph
 from busflow.text import counted, printable
-from busflow.wire.mirror.membership import inspectable
 
 _MOST_RATE = 1e6
 _UNFIT = re.compile(r"[^\w.-]+")
@@ -46,6 +45,7 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
         refuse_beyond_end(bag, asked["start_s"])
         hidden = unplayed(bag, asked)
     player = Player(**asked)
+    errors: list[str] = []
     stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
     coloured = stream.isatty() if (wanted := colour()) is None else wanted
     write = console_sink(stream, colour=coloured)
@@ -54,16 +54,16 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
         console.clear()
         write(record)
 
-    graph = Graph([supervised(player, on_exit="shutdown")], sinks=(sink,), embedded=True)
+    given = Given(sinks=(sink,), inspect=_UNFIT.sub("_", Path(asked["file"]).stem) or "play")
+    run = Run([supervised(player, on_exit="shutdown")], Kind.LAUNCH, given)
+    graph = run.build()
     console = Console(_GraphControls(graph, player))
-    inspectable(graph, _UNFIT.sub("_", Path(asked["file"]).stem) or "play")
-    try:
-        with console.shown():
-            code = run_graph(graph)
-    except NodeFailed:
-        for failure in graph.failures:
-            print_message(f"error: {failure.render()}")
-        return graph.exit_code
+    with console.shown():
+        code = run.go(errors.append)
+    for text in errors:
+        print_message(f"error: {text}")
+    if errors:
+        return code
     played = player.playing.played if player.playing is not None else 0
     return print_played(played, Path(asked["file"]), player.incomplete, code, hidden, as_json=as_json)
 

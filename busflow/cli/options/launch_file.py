@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ import click
 
 from busflow.cli.options.completers import complete_arguments, complete_paths, complete_plugins
 from busflow.errors import LaunchError, Problem
-from busflow.runner.source import Source
+from busflow.runner.source import Source, variables_of
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
 
@@ -50,10 +49,10 @@ class LaunchSource(Source):
             raise LaunchError(problems)
         if problems:
             from busflow.launchfile.model.problems import in_order
-            from busflow.runner.graph import Graph
+            from busflow.runner.assembly import Kind, Run
 
             files = [str(each) for each in description.files]
-            raise LaunchError(in_order([*problems, *Graph([description]).plan().errors], files))
+            raise LaunchError(in_order([*problems, *Run([description], Kind.PLAN).plan().errors], files))
         return description
 
     def examine(self) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
@@ -63,9 +62,7 @@ class LaunchSource(Source):
         """
         description, problems = self.read()
         if description is not None:
-            before = {name: os.environ.get(name) for name in description.environment}
-            os.environ.update(description.environment)
-            click.get_current_context().call_on_close(lambda: _restore(before))
+            click.get_current_context().with_resource(variables_of([description]))
         return description, problems
 
     def plan(self) -> tuple[LaunchDescription, Plan]:
@@ -74,10 +71,10 @@ class LaunchSource(Source):
         Raises:
             LaunchError: There are problems; the error has all of them.
         """
-        from busflow.runner.graph import Graph
+        from busflow.runner.assembly import Kind, Run
 
         description = self.description()
-        plan = Graph([description]).plan()
+        plan = Run([description], Kind.PLAN).plan()
         if plan.errors:
             raise LaunchError(plan.errors)
         return description, plan
@@ -94,13 +91,6 @@ def refuse_other_kinds(file: Path) -> None:
         raise click.UsageError(why, click.get_current_context())
     if kind := _OTHER_KINDS.get(file.suffix):
         raise click.UsageError(f"{printable(file)} {kind}", click.get_current_context())
-
-
-def _restore(before: Mapping[str, str | None]) -> None:
-    for name, value in before.items():
-        os.environ.pop(name, None)
-        if value is not None:
-            os.environ[name] = value
 
 
 _CHANGES = (

@@ -1,10 +1,8 @@
-"""The values that a caller may give as `record=`, and the specification of each."""
+"""The specification of a recording, from the values that a caller may give as `record=`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
-from typing import TypeAlias
 
 from pydantic import ValidationError
 
@@ -12,10 +10,8 @@ from busflow.errors import InvalidParameter
 from busflow.launchfile.load.build import record_spec
 from busflow.launchfile.model.description import RecordSpec
 from busflow.launchfile.model.keys import RecordKeys
+from busflow.runner.sources import Wanted
 from busflow.validation.faults import faults
-
-Wanted: TypeAlias = str | Path | Mapping[str, object] | RecordSpec | bool
-"""A file; the keys of a launch file's `record:`; True for what the launch file says, False for nothing."""
 
 
 def spec_of(wanted: Wanted | None, stated: RecordSpec | None) -> RecordSpec | None:

@@ -32,10 +32,20 @@ if TYPE_CHECKING:
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec
     from busflow.recording.recorder.channels import Track
-    from busflow.recording.recorder.options import Wanted
     from busflow.recording.recorder.share import Share
+    from busflow.runner.assembly import Run
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report
+    from busflow.runner.sources import Wanted
+
+
+def record(run: Run) -> None:
+    """Record a run of one process, as its options or keywords ask, or its launch file.
+
+    Raises:
+        InvalidParameter, InvalidName: as `record_graph`.
+    """
+    record_graph(run.graph, run.given.record)
 
 
 def record_graph(graph: Graph, wanted: Wanted | None) -> None:

@@ -15,14 +15,13 @@ from busflow.errors import BagError, IncompleteRecording, LaunchError, NotRunnin
 from busflow.interfaces.message import Message
 from busflow.log import Log, LogRecord
 from busflow.recording.bag.bag import Bag
-from busflow.recording.recorder.recorder import record_graph
 from busflow.recording.replay.comparison import Check, Difference
 from busflow.recording.replay.history import Past, past_of
 from busflow.recording.replay.nodes import OF_THE_RUN, replay_plan
 from busflow.recording.replay.rerun import Rerun
 from busflow.recording.replay.ticks import ComingTicks, ReplayClock
 from busflow.recording.tools.message_diff import Comparison
-from busflow.runner.graph import Graph
+from busflow.runner.assembly import Given, Kind, Run
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.loops.virtual_test import run_virtual
 from busflow.runner.planning.planned_node import PlannedNode
@@ -158,7 +157,8 @@ async def _replay(
     clock = ReplayClock(loop, past.started_ns, slack_ns=0 if past.simulated else _SLACK_NS)
     log: list[LogRecord] = []
     replayed = replay_plan(what, names, past.parameters, args=args, clock=clock, log=Log(clock))
-    graph = Graph(replayed.what, seed=past.seed, clock=clock, sinks=(log.append,), embedded=True)
+    given = Given(seed=past.seed, clock=clock, sinks=(log.append,), record=record)
+    graph = Run(replayed.what, Kind.REPLAY, given).build()
     clock.start_at(Time(past.started_ns))  # where the launch file says otherwise
     plan = graph.plan()
     if plan.errors:
@@ -167,8 +167,6 @@ async def _replay(
     if not nodes:
         raise BagError("there is no node to run: name a launch file or node classes")
     _refuse_unrelated(bag, plan.nodes, past)
-    if record is not None:
-        record_graph(graph, str(record))
     ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
     check = Check(comparison, started_ns=past.started_ns, forgiven_from_ns=ending)
     rerun = Rerun(graph, bag, past, check, clock=clock, others_publish=replayed.others_publish, keep=keep)

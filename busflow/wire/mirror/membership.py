@@ -17,6 +17,7 @@ from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
 from busflow.wire.zenoh.session import SOCKET, open_session
 
 if TYPE_CHECKING:
+    from busflow.runner.assembly import Run
     from busflow.runner.graph import Graph
     from busflow.runner.supervisor import Supervisor
     from busflow.wire.mirror.barrier import Barrier
@@ -104,6 +105,11 @@ def card_of(graph: Graph, name: str, process: str, *, since_ns: int, network: Ne
         return card
     addresses = () if network.ros2.is_router else tuple(network.ros2.listens)  # a later run finds the router anyway
     return replace(card, ros2_domain=network.ros2.domain, ros2_addresses=addresses)
+
+
+def show(run: Run) -> None:
+    """Let this user's other terminals inspect a run of one process, under the name that it is given."""
+    inspectable(run.graph, run.given.inspect)
 
 
 def inspectable(graph: Graph, name: bool | str = True, *, network: Callable[[], Network | None] | None = None) -> None:

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from busflow.errors import InspectionUnavailable, NoSuchRun
-from busflow.runner.forks import call_in_children
+from busflow.runner.own_process import call_in_children
 from busflow.text import did_you_mean, printable
 from busflow.wire.zenoh.keys import DOMAIN
 from busflow.wire.zenoh.run_lock import ENDED, LOCK, RunLock, locked

@@ -7,7 +7,7 @@ import pytest
 
 PROGRAM = """
 import os, weakref
-from busflow.runner.forks import call_in_children
+from busflow.runner.own_process import call_in_children
 
 
 class Lamp:
