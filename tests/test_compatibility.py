@@ -59,5 +59,6 @@ def test_launch_file_of_a_later_version_is_refused(tmp_path: Path, capsys: pytes
     file = tmp_path / "lab.yaml"
     file.write_text('busflow: ">=7.1"\nnodes:\n  source: {plugin: source}\n')
     assert main(["check", str(file)]) == 3
-    error = "1:10: error: busflow: the file needs busflow >=7.1, and this is "
-    assert f"{error}{busflow.__version__}; install one that fits" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "lab.yaml:1:10: error: " in shown
+    assert all(f" {version}" in shown for version in (">=7.1", busflow.__version__))

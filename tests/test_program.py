@@ -28,7 +28,7 @@ class Counting(Node):
 def test_run_prints_a_failure_and_returns_its_code(capsys):
     assert busflow.run(Failing, inspect=False) is ExitCode.FAILED
     shown = capsys.readouterr().err
-    assert "error: node /failing failed in Failing.start" in shown
+    assert "error: node /failing failed" in shown
     assert "ValueError: no sensor" in shown
 
 

@@ -128,7 +128,7 @@ async def test_handler_that_raises_aborts_its_goal_alone():
             await lab.node(Boss).move.run(MoveTo.Goal(angle=-1))
         assert caught.value.result == MoveTo.Result()
         (line,) = [each for each in lab.log if each.level == "error"]
-        assert re.search(r"Arm.move .*/arm/move/_action/send_goal.* ValueError: no way back", line.event)
+        assert re.search(r"Arm\.move .*/arm/move/_action/send_goal.* ValueError: no way back", line.event)
         assert await outcome(lab.node(Boss).move, 1) == 1
         assert balanced(lab)
 
@@ -193,9 +193,9 @@ async def test_cancel_before_the_first_step_counts():
 
 
 @virtual_time
-async def test_unaccepted_goal_is_rejected_with_the_reason():
+async def test_unaccepted_goal_is_rejected_with_the_reason(golden):
     async with harness(Arm, Boss) as lab:
-        with pytest.raises(GoalRejected, match=r"^/arm/move .*: the joint ends at 180, not 999"):
+        with golden.raises(GoalRejected):
             await lab.node(Boss).move.run(MoveTo.Goal(angle=999))
         assert balanced(lab)
 

@@ -241,14 +241,14 @@ async def test_two_tasks_cannot_wait_for_one_subscription(golden, make_bench):
 
 
 @virtual_time
-async def test_unattached_subscription_has_received_nothing():
+async def test_unattached_subscription_has_received_nothing(golden):
     endpoint = Endpoint(
         "/sink", "/number", Int64, QoS(overflow=Overflow.DROP_NEWEST, depth=3), "Sink.numbers", "number"
     )
     subscription = Subscription(Int64, endpoint)
     assert subscription.latest is None
     assert (subscription.published, subscription.publisher_count) == (0, 0)
-    assert repr(subscription) == "<Subscription /number of /sink: 0 delivered, 0 dropped, 0 queued>"
+    golden(repr(subscription))
     assert (subscription.statistics().depth, subscription.statistics().overflow) == (3, Overflow.DROP_NEWEST)
     subscription.close()
     assert [message async for message in subscription] == []

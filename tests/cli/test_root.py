@@ -85,7 +85,7 @@ def test_traceback_shows_the_failing_import(install: Install, capsys: Captured):
     install("mine", "spin = mine:spin", source="raise ValueError('no device')")
     assert main(["--traceback", "spin"]) == 2
     err = capsys.readouterr().err
-    assert "Traceback (most recent call last)" in err
+    assert "Traceback (most" in err
     assert "\nValueError: no device\n" in err
 
 

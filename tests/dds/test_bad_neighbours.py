@@ -58,14 +58,15 @@ def test_other_type_on_a_topic_is_logged(stage, bad):
     bad.do("advertise", topic="rt/camera", kind="Float64")
     bad.do("list_nodes", nodes=[{"name": "bad", "topics": ["rt/camera"]}])
     line = stage.bridge.wait_for("/camera")
-    assert "/bad in DDS publishes std_msgs/msg/Float64, not sensor_msgs/msg/Image on /camera" in line
+    for each in ("/bad ", " std_msgs/msg/Float64, ", " sensor_msgs/msg/Image on /camera"):
+        assert each in line
 
 
 def test_other_definition_of_a_type_is_logged(stage, bad):
     bad.do("advertise", topic="rt/show", kind="Int64", data=f"typehash={FLOAT64};", latched=True)
     bad.do("list_nodes", nodes=[{"name": "bad", "topics": ["rt/show"]}])
     bad.do("write", topic="rt/show", value=5)
-    assert "publishes another definition of std_msgs/msg/Int64 on /show" in stage.bridge.wait_for("/show")
+    assert "another definition of std_msgs/msg/Int64 on /show" in stage.bridge.wait_for("/show")
 
 
 @pytest.mark.parametrize("topic", ["rt//a", "rt/1a", "rt/a/"])

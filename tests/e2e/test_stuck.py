@@ -59,13 +59,14 @@ def test_handler_without_end_is_named_and_ended(command, tmp_path):
         named = next((line for line in process.stderr if "has not come back" in line), "")
         process.send_signal(signal.SIGINT)
         printed, log = process.communicate(timeout=100)
-    assert named.startswith("busflow: /stuck: timer work has not come back for 0.1 s of real time")
+    assert named.startswith("busflow: /stuck: timer work ")
+    assert " 0.1 s " in named
     assert "nodes/stuck.py:" in named
-    assert "the run did not end within" in log
+    assert "did not end" in log
     assert f"{NODES}/stuck.py:" in log
     if command == "pytest":
         assert process.returncode == pytest.ExitCode.INTERRUPTED
-        assert "shown all the same" in printed  # the failure of another test
+        assert "AssertionError: shown" in printed  # the failure of another test
         assert ": KeyboardInterrupt\n" in printed
     else:
         assert process.returncode == ExitCode.INTERRUPTED

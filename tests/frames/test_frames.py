@@ -82,11 +82,11 @@ async def test_lookup_waits_exactly_until_edge_is_there():
 
 
 @virtual_time
-async def test_lookup_ends_exactly_at_its_timeout():
+async def test_lookup_ends_exactly_at_its_timeout(golden):
     async with harness(Odometry, User) as lab:
         user, clock = lab.node(User), lab.graph.clock
         await lab.advance(1)
-        with pytest.raises(TransformNotThere, match=r"odom → base_link .* 700 ms .*/odometry, .* 10 Hz"):
+        with golden.raises(TransformNotThere):
             await lookup_in(user, clock.now() + Duration(seconds=1), timeout_s=0.3, lab=lab)
         assert clock.seconds() == pytest.approx(1.3)
 
@@ -127,16 +127,16 @@ async def test_lookup_waits_for_a_frame_not_known_yet():
 
 
 @virtual_time
-async def test_lookup_without_answer_says_what_is_unknown():
+async def test_lookup_without_answer_says_what_is_unknown(golden):
     async with harness(Odometry, Camera, User) as lab:
         await lab.advance(0.2)
         user, now = lab.node(User), lab.graph.clock.now()
-        with pytest.raises(UnknownFrame, match=r"camra.*'camera'"):
+        with golden.raises(UnknownFrame):
             await lookup_in(user, now, timeout_s=0.1, lab=lab, frames=("odom", "camra"))
         fixed = lab.advertise(TFMessage, "/tf_static", qos=TRANSIENT_LOCAL)
         fixed.publish(TFMessage(transforms=(transform("map", "goal", Time()),)))
         await lab.settle()
-        with pytest.raises(FramesNotConnected, match=r"map .* camera .* odom"):
+        with golden.raises(FramesNotConnected):
             user.frames.latest("map", "camera")
 
 
@@ -289,13 +289,13 @@ def test_frames_of_a_node_without_graph_say_so():
 
 
 @virtual_time
-async def test_frames_before_the_connection_say_so():
+async def test_frames_before_the_connection_say_so(golden):
     class Early(Node):
         frames = transforms()
 
         def declare(self) -> None:
-            assert repr(self.frames) == "<Frames of /early: no edges>"
-            with pytest.raises(NotRunning, match=r"^Early\.frames "):
+            golden(repr(self.frames))
+            with golden.raises(NotRunning):
                 self.frames.latest("a", "b")
 
     async with Graph([Early], clock=SimClock()) as graph:

@@ -241,7 +241,7 @@ def test_handler_without_annotation_is_refused_with_advice(golden):
 
     with golden.raises(InvalidDeclaration):
         Silent.on_number.message_type()
-    with pytest.raises(InvalidDeclaration, match="event: DeadlineMissed"):
+    with golden.raises(InvalidDeclaration):
         Silent.on_silence.event_type()
 
 
@@ -256,12 +256,12 @@ def test_an_annotation_that_is_no_message_is_refused(annotation):
         handler.message_type()
 
 
-def test_an_annotation_without_event_names_the_kinds():
+def test_an_annotation_without_event_names_the_kinds(golden):
     class Confused(Node):
         @on_event("numbers")
         def on_silence(self, event: Int64) -> None: ...
 
-    with pytest.raises(InvalidDeclaration, match=r"DeadlineMissed, LivelinessLost, LivelinessChanged"):
+    with golden.raises(InvalidDeclaration):
         Confused.on_silence.event_type()
 
 

@@ -152,5 +152,5 @@ def test_a_swapped_subscription_is_put_right(golden):
 
 
 def test_unknown_keyword_of_a_subscription_is_refused():
-    with pytest.raises(TypeError, match="unexpected keyword argument 'frame'"):
+    with pytest.raises(TypeError, match="'frame'"):
         subscription("points", frame="map")

@@ -293,15 +293,10 @@ class TestFailingImport:
         write("camera.py", "import json\njson.loads('{')\n")
         golden(str(failure("camera", folder)))
 
-    def test_a_syntax_error_has_its_column_and_line(self, write: Write, folder: Path):
-        path = write("helper.py", "x = 1\nclass Camera(:\n")
-        importer = write("camera.py", "from . import helper\n")
-        assert str(failure("camera", folder)).splitlines() == [
-            f"{path}:2:14: error: plugin 'camera' cannot be imported: SyntaxError: invalid syntax",
-            "  class Camera(:",
-            "               ^",
-            f"  used by {importer}:1:1",
-        ]
+    def test_a_syntax_error_has_its_column_and_line(self, write: Write, folder: Path, golden):
+        write("helper.py", "x = 1\nclass Camera(:\n")
+        write("camera.py", "from . import helper\n")
+        golden(str(failure("camera", folder)))
 
     def test_a_syntax_error_without_init_is_located(self, write: Write, folder: Path):
         path = write("arm/driver.py", "class Arm(\n")

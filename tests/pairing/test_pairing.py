@@ -165,7 +165,7 @@ async def test_trigger_gets_the_newest_held_message(golden):
 
 
 @pytest.mark.parametrize("is_async", [False, True])
-def test_failing_handler_fails_its_node(is_async):
+def test_failing_handler_fails_its_node(is_async, golden):
     class Broken(Node):
         if is_async:
 
@@ -185,7 +185,7 @@ def test_failing_handler_fails_its_node(is_async):
             send(lab, "/b", 0)
             await lab.advance(1)
 
-    with pytest.raises(NodeFailed, match=r"Broken\.on_pair .*/a\W*\n(.*\n)*  ValueError: no"):
+    with golden.raises(NodeFailed):
         run()
 
 

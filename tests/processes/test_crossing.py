@@ -40,10 +40,10 @@ def found(*what, apart):
     return [(each.code, each.message) for each in crossing_problems(Graph(what).plan(), Placement(nodes, {}))]
 
 
-def test_blocking_queue_cannot_delay_remote_publisher():
+def test_blocking_queue_cannot_delay_remote_publisher(golden):
     ((code, message),) = found(Source, Sink, apart=True)
     assert code == "cannot-block"
-    assert "Sink.hear receives /numbers with overflow: block, and /source in another process" in message
+    golden(message)
 
 
 def test_in_one_process_it_can():
@@ -53,5 +53,4 @@ def test_in_one_process_it_can():
 @pytest.mark.parametrize("apart", [True, False])
 def test_depends_on_another_process_is_refused(apart):
     waiting = supervised(Source, depends_on={"sink": "started"})
-    problems = [message for code, message in found(waiting, Sink, apart=apart) if code == "cannot-depend"]
-    assert problems == (["/source depends on /sink, which is in another process"] if apart else [])
+    assert ("cannot-depend" in [code for code, _ in found(waiting, Sink, apart=apart)]) is apart

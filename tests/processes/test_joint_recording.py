@@ -137,7 +137,7 @@ def test_every_command_takes_the_directory(lab1, tmp_path, capsys):
         assert bag.facts.process == ""
         assert bag.ledger.report == parts.ledger.report
     assert main(["bag", "recover", str(lab1)]) == 2
-    assert "it has a file for each process" in capsys.readouterr().err
+    assert capsys.readouterr().err.startswith(f"error: {lab1}")
 
 
 @pytest.mark.long
@@ -234,7 +234,7 @@ def test_on_drop_fail_ends_run_when_process_dies(start):
     run.wait_for("received enough")
     run.kill("far")
     assert run.end(None) == 5
-    assert any("the recording rec is incomplete" in line and "SIGKILL" in line for line in run.lines)
+    assert any(" rec " in line and "SIGKILL" in line for line in run.lines)
 
 
 @pytest.mark.long
@@ -256,7 +256,7 @@ def test_a_directory_that_is_there_is_left_alone(start, project):
     (project / "there").mkdir()
     run = start(COUNTED, "--record", "there.mcap")
     assert run.end(None) == 2
-    assert any("there is there already" in line for line in run.lines), run.lines
+    assert run.lines[-1].startswith("error: there ")
 
 
 @pytest.mark.long

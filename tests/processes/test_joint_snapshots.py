@@ -81,8 +81,8 @@ def test_a_killed_process_leaves_the_others_moments(start):
     run.wait_for("rec-001 is incomplete")
     assert run.end() == 130
     (report,) = run.report()["snapshots"]
-    assert "far was ended by SIGKILL" in report["reason"]
-    assert "there is nothing of the process far" in report["why"]
+    assert "SIGKILL" in report["reason"]
+    assert report["why"].endswith(" far")
     with Bag(run.folder / "rec-001") as bag:
         assert [each.facts.process for each in bag.series] == ["main"]
 

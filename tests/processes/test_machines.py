@@ -113,7 +113,7 @@ def test_two_machines_make_one_graph_each_records_itself(start: Callable, two: s
         assert "Int64" in busflow(run.runtime, "topic", "info", "numbers")
     second, third = start(two, machine="main"), start(two, machine="arm")
     assert second.end(None) == third.end(None) == 1
-    assert any("another run is the machine main already" in line for line in second.lines)
+    assert any("machine main already" in line for line in second.lines)
     assert any("cannot listen at tls/127.0.0.1" in line for line in third.lines)
     assert arm.end() == main.end() == 130
     main.wait_for("the machine arm is not linked any more")
@@ -191,7 +191,7 @@ def test_viewer_with_read_rights_cannot_change_anything(start: Callable, two: st
         ("service", "call", "count", "std_srvs/srv/Trigger"),
         ("param", "set", "sink", "enough", "7"),
     ):
-        assert "viewer may look, and not" in busflow(elsewhere, *command, *run, expect=(1,))
+        assert "viewer may look" in busflow(elsewhere, *command, *run, expect=(1,))
     unnamed_certificate_sees_nothing(tmp_path)
     # Not the command is what keeps it from that: with a file of its own that says otherwise it does no more.
     told = (tmp_path / "run.yaml").read_text()
@@ -209,9 +209,7 @@ def test_viewer_with_read_rights_cannot_change_anything(start: Callable, two: st
 def unnamed_certificate_sees_nothing(folder: Path):
     told = (folder / "run.yaml").read_text()
     (folder / "not_named.yaml").write_text(told.replace("viewer: read", "stranger: all"))
-    assert "admits no one called" in busflow(
-        folder, "topic", "list", "--run", f"stranger@{folder}/run.yaml", expect=(4,)
-    )
+    assert "no one called" in busflow(folder, "topic", "list", "--run", f"stranger@{folder}/run.yaml", expect=(4,))
     assert "does not answer" in busflow(
         folder, "topic", "list", "--run", f"stranger@{folder}/not_named.yaml", expect=(1,)
     )

@@ -50,7 +50,7 @@ def test_log_line_arrives_unchanged_within_the_limit(pipe):
 
 @pytest.mark.parametrize("line", [None, [], [1, "info", "/a", "text"], ["1", "info", "/a", "text", {}]])
 def test_malformed_log_line_is_refused(line):
-    with pytest.raises(ValueError, match="log record"):
+    with pytest.raises(ValueError, match="record"):
         record_of(line, "left")
 
 

@@ -1,6 +1,8 @@
 """A run of several processes: nothing is lost at the start, all end together, and what dies is started anew."""
 
+import json
 import os
+import re
 import signal
 from pathlib import Path
 
@@ -123,7 +125,7 @@ def test_each_message_past_a_dead_receiver_counts(start):
     }
     away = {line["node"]: line["drops"].get("unmatched", 0) for line in topic["subscriptions"]}
     assert away["/sink"] > away["/here"]
-    assert sum("never reached /sink: it was not there" in text for text in run.printed) == 1
+    assert sum("never reached /sink" in text for text in run.printed) == 1
 
 
 @pytest.mark.long
@@ -144,8 +146,8 @@ def test_restarted_process_keeps_its_parameters(start, monkeypatch, capsys):
     assert (told["rate_hz"]["value"], told["rate_hz"]["source"]) == (200.0, "set at run time")
     assert told["at_start"]["source"] == "default"
     all_is_one_graph()
-    main(["doctor"])
-    assert "the process left was started anew 1 time" in capsys.readouterr().out
+    main(["doctor", "--json"])
+    assert "process-restarted" in [each["code"] for each in json.loads(capsys.readouterr().out)["findings"]]
     assert run.end() == 130
     draws = [each["number"] for each in run.log() if each["event"] == "draws"]
     assert len(draws) == len(set(draws)) == 2, "as a node that is restarted draws other numbers"
@@ -159,7 +161,7 @@ def test_node_stopped_by_hand_survives_its_process(start, monkeypatch, capsys):
     run.wait_for("received enough", times=2)
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
     assert main(["node", "stop", "source", "sink"]) == 0
-    assert capsys.readouterr().out == "/source: stopped by hand\n/sink: stopped by hand\n"
+    assert re.findall("(?m)^[^:]+", capsys.readouterr().out) == ["/source", "/sink"]
     with join() as peer:
         run.kill("left")  # at once: the main process knows of the stop already
         run.wait_for("the process left is started", times=2)

@@ -1,5 +1,6 @@
 """The keeper: the order of its signals, and the process that it is, with real programs and what they start."""
 
+import errno
 import json
 import os
 import select
@@ -197,7 +198,7 @@ def test_program_reads_end_of_input(keep):
 
 def test_impossible_command_is_reported(keep, tmp_path):
     kept = keep(str(tmp_path / "no-such-command"))
-    assert kept.said() == {"failed": "No such file or directory"}
+    assert kept.said() == {"failed": os.strerror(errno.ENOENT)}
     assert kept.process.wait(PATIENCE_S) == 0
 
 

@@ -11,6 +11,7 @@ from busflow.interfaces.message import float32
 from busflow.msgs.type_description_interfaces import GetTypeDescription, TypeDescription
 from busflow.ros2.definitions import differences
 from busflow.wire.client.client import join
+from tests.golden import Golden
 from tests.ros2.rmw_node import RELIABLE, RmwNode
 from tests.ros2.sessions import free_port, rmw_session, ros2_at, until
 
@@ -53,7 +54,7 @@ def ask(run: str) -> tuple[list[Any], Any]:
 
 
 @pytest.mark.asyncio
-async def test_two_definitions_are_shown_as_a_diff(capsys: pytest.CaptureFixture[str]):
+async def test_two_definitions_are_shown_as_a_diff(capsys: pytest.CaptureFixture[str], golden: Golden):
     port, theirs = free_port(), TypeSupport(Theirs.Reading)
     async with launch(ros2_at(port), Robot, inspect="differ") as graph:
         with rmw_session(port) as session:
@@ -65,7 +66,7 @@ async def test_two_definitions_are_shown_as_a_diff(capsys: pytest.CaptureFixture
             problems, fields = await asyncio.to_thread(ask, "differ")
             (problem,) = problems
             assert problem.code == "definitions-differ"
-            assert problem.message == "/robot and /ros have different definitions of lab/msg/Reading"
+            golden(problem.message)
             assert problem.details == (
                 "--- /robot",
                 "+++ /ros",

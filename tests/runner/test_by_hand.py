@@ -294,7 +294,7 @@ async def test_orders_are_carried_out_one_by_one():
             assert (found.state, found.stopped_by_hand, found.started_by_hand) == ("running", 3, 3)
 
 
-def test_node_that_will_not_end_cannot_start(limits):
+def test_node_that_will_not_end_cannot_start(limits, golden):
     limits(start=0.05)
 
     async def main():
@@ -308,7 +308,7 @@ def test_node_that_will_not_end_cannot_start(limits):
         async with Graph([supervised(Shielded, restart="always"), Source], sinks=(write,)) as graph:
             OrdersByHand(graph).give(Order.RESTART, ["/shielded"])
             await refused.wait()
-            assert lines[-1] == "/shielded cannot be started: its code still runs: no cancellation has ended it"
+            golden(lines[-1])
             assert [node.state for node in graph.report().nodes] == ["stopped by hand", "running"]
 
     asyncio.run(asyncio.wait_for(main(), 60))

@@ -220,14 +220,11 @@ async def test_change_that_cannot_be_set_restarts_node(watched, edited):
 
 
 @virtual_time
-async def test_change_for_the_next_run_is_logged(watched):
+async def test_change_for_the_next_run_is_logged(watched, golden):
     file = watched()
     async with file.lab as lab:
         await file.edit(LAB + "seed: 5\nenv: {A: b}\npackages: {lab: .}\n")
-        assert [(line.event, line.values) for line in lab.log[-2:]] == [
-            ("follows the edited launch file", {"changed": "nothing that runs"}),
-            ("this change needs a restart of the run", {"keys": "seed, packages, env"}),
-        ]
+        golden("\n".join(f"{line.event} {line.values}" for line in lab.log[-2:]))
 
 
 @virtual_time
@@ -237,7 +234,8 @@ async def test_rewritten_file_or_comment_changes_nothing(watched):
         await lab.advance(1)
         node = lab.node("talker")
         assert await file.edit(LAB) == []
-        assert await file.edit("# a comment\n" + LAB) == ["busflow: follows the edited launch file"]
+        (line,) = await file.edit("# a comment\n" + LAB)
+        assert line.startswith("busflow: ")
         assert (file.changes(), lab.node("talker") is node) == ({"changed": "nothing that runs"}, True)
 
 

@@ -2,8 +2,6 @@
 
 import asyncio
 import gc
-import re
-from pathlib import Path
 
 import pytest
 
@@ -20,7 +18,7 @@ class Worker(Node):
 
     async def work(self) -> None:
         await asyncio.sleep(0.2)
-        raise ValueError("the cable is loose")
+        raise ValueError("cable loose")
 
 
 class Forgetful(Worker):
@@ -65,7 +63,7 @@ class Closing(Holding):
 
 async def elsewhere() -> None:
     await asyncio.sleep(0.2)
-    raise ValueError("the cable is loose")
+    raise ValueError("cable loose")
 
 
 class Driver:
@@ -90,7 +88,7 @@ class Calling(Node):
         asyncio.get_running_loop().call_later(0.2, self.due)
 
     def due(self) -> None:
-        raise ValueError("the cable is loose")
+        raise ValueError("cable loose")
 
 
 async def seconds(what: object, *, of: float) -> list[str]:
@@ -101,28 +99,24 @@ async def seconds(what: object, *, of: float) -> list[str]:
 
 
 @virtual_time
-async def test_unreferenced_failed_task_fails_its_node_at_once():
-    with pytest.raises(NodeFailed) as failed:
+async def test_unreferenced_failed_task_fails_its_node_at_once(golden):
+    with golden.raises(NodeFailed):
         await seconds(Forgetful, of=0.2)
-    output = str(failed.value)
-    assert "node /forgetful failed in Forgetful (task work that was not awaited: use self.spawn(…))" in output
-    assert f"at {Path(__file__).name}" in re.sub(r"at [\w/]+/", "at ", output)
-    assert 'raise ValueError("the cable is loose")' in output
 
 
 @virtual_time
-async def test_referenced_failed_task_warns_then_fails_node():
+async def test_referenced_failed_task_warns_then_fails_node(golden):
     async with harness(Holding, expect_failure=Holding) as lab:
         await lab.advance(0.4)
         assert [(line.level, line.values["task"]) for line in lab.log] == [("warning", "work")]
-        assert "failed without being awaited: use self.spawn(…)" in lab.log[0].event
-        assert "the cable is loose" in lab.log[0].values["error"]
+        golden(lab.log[0].event)
+        assert "cable loose" in lab.log[0].values["error"]
     assert lab.graph.exit_code is ExitCode.FAILED
 
 
 @virtual_time
 async def test_task_failing_just_before_end_is_found():
-    with pytest.raises(NodeFailed, match="the cable is loose"):
+    with pytest.raises(NodeFailed, match="cable loose"):
         await seconds(Holding, of=0.2)
 
 
@@ -139,8 +133,8 @@ async def test_task_awaited_late_does_not_fail_node():
 
 
 @virtual_time
-async def test_task_made_by_a_task_keeps_its_node():
-    with pytest.raises(NodeFailed, match=r"node /nested failed in Nested \(task elsewhere"):
+async def test_task_made_by_a_task_keeps_its_node(golden):
+    with golden.raises(NodeFailed):
         await seconds(Nested, of=1)
 
 
@@ -172,7 +166,7 @@ class Listener(Node):
         self.create_subscription(Int64, "numbers", begin)
 
 
-def test_sender_does_not_own_a_handler_s_task():
+def test_sender_does_not_own_a_handler_s_task(golden):
     @virtual_time
     async def test() -> None:
         async with harness(Talker, Listener) as lab:
@@ -180,7 +174,7 @@ def test_sender_does_not_own_a_handler_s_task():
             TASKS.clear()
             await lab.advance(1)
 
-    with pytest.raises(Stray, match="no node is known for what failed in task elsewhere"):
+    with golden.raises(Stray):
         test()
 
 
@@ -212,11 +206,9 @@ async def test_task_of_a_handler_is_its_nodes(node):
 
 
 @virtual_time
-async def test_raising_callback_fails_the_node_of_its_method():
-    with pytest.raises(NodeFailed) as failed:
+async def test_raising_callback_fails_the_node_of_its_method(golden):
+    with golden.raises(NodeFailed):
         await seconds(Calling, of=1)
-    assert "node /calling failed in Calling (a callback of the event loop)" in str(failed.value)
-    assert 'raise ValueError("the cable is loose")' in str(failed.value)
 
 
 @virtual_time
@@ -227,13 +219,13 @@ async def a_test_with_a_task(*, then: str) -> None:
             del task
         await lab.advance(0.25)
     if then == "await it":
-        with pytest.raises(ValueError, match="the cable is loose"):
+        with pytest.raises(ValueError, match="cable loose"):
             await task
 
 
 def test_failed_task_of_no_node_fails_run():
     for then in ("forget it", "hold it"):
-        with pytest.raises(Stray, match="no node is known for what failed in task elsewhere") as lost:
+        with pytest.raises(Stray, match="task elsewhere") as lost:
             a_test_with_a_task(then=then)
         assert isinstance(lost.value.__cause__, ValueError)
     a_test_with_a_task(then="await it")
@@ -258,7 +250,7 @@ async def test_graphs_on_one_loop_fail_their_own_nodes():
 def test_a_run_ends_with_the_failure(capsys, event_loop):
     assert busflow.run(Forgetful, inspect=False, event_loop=event_loop) is ExitCode.FAILED
     output = capsys.readouterr().err
-    assert "error: node /forgetful failed in Forgetful (task work that was not awaited: use self.spawn(…))" in output
+    assert "error: node /forgetful failed" in output
     assert "Traceback" not in output
 
 
@@ -275,12 +267,12 @@ class Stubborn(Node):
         try:
             await asyncio.sleep(3600)
         finally:
-            raise ValueError("the cable is loose")
+            raise ValueError("cable loose")
 
 
 def test_error_at_loop_close_is_reported(capsys):
     assert busflow.run(supervised(Stubborn, on_exit="shutdown"), inspect=False) is ExitCode.FAILED
-    assert "the cable is loose" in capsys.readouterr().err
+    assert "cable loose" in capsys.readouterr().err
 
 
 def test_foreign_loop_is_left_as_it_was():
@@ -310,7 +302,7 @@ def test_failure_on_a_foreign_loop_fails_its_node(node):
             else:
                 await graph.wait()
 
-    with pytest.raises(NodeFailed, match="the cable is loose"):
+    with pytest.raises(NodeFailed, match="cable loose"):
         asyncio.run(main())
 
 
@@ -332,7 +324,7 @@ def test_unawaited_coroutine_is_logged_with_node_and_line(capsys):
     gc.collect()
     busflow.run(Hasty, inspect=False)
     output = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
-    assert "warning  /hasty: coroutine 'Hasty.work' was never awaited" in output
+    assert "warning  /hasty: coroutine 'Hasty.work' " in output
     assert "test_orphan_tasks.py:" in output
 
 
@@ -356,9 +348,9 @@ def test_unawaited_call_names_its_timer_or_line(capsys):
     assert busflow.run(Keeping, inspect=False) == ExitCode.FAILED
     gc.collect()
     output = capsys.readouterr().err
-    assert "has no attribute 'success'; write await before the call of Client.call" in output
+    assert "; write await before the call" in output
     (line,) = [line for line in output.splitlines() if "never awaited" in line]
-    assert "busflow: coroutine 'Client.call' was never awaited" in line
+    assert "busflow: coroutine 'Client.call' " in line
     assert "called_by=<Timer tick of /keeping" in line
 
 

@@ -10,6 +10,9 @@ import pytest
 
 from busflow.errors import ExitCode
 from busflow.runner.signals import CODES, SignalGuard, ending_signals
+from tests.golden import Golden
+
+NOT_IN_TIME = "busflow: the run did not end within {} s\n"
 
 SIGNALS = sorted(CODES)
 
@@ -81,16 +84,17 @@ def test_the_grace_ends_the_process():
         with SignalGuard(lambda code: None, grace_s=0.01):
             os.kill(os.getpid(), signal.SIGTERM)
             stuck()
-    """) == (ExitCode.TERMINATED, "busflow: the run did not end within 0.01 s\n")
+    """) == (ExitCode.TERMINATED, NOT_IN_TIME.format(0.01))
 
 
-def test_a_second_signal_ends_the_process():
+def test_a_second_signal_ends_the_process(golden: Golden):
     code, text = ended("""
         with SignalGuard(lambda code: os.kill(os.getpid(), signal.SIGINT), grace_s=60):
             os.kill(os.getpid(), signal.SIGTERM)
             stuck()
     """)
-    assert (code, text) == (ExitCode.TERMINATED, "busflow: ended at once, at a second signal\n")
+    assert code == ExitCode.TERMINATED
+    golden(text)
 
 
 def test_the_last_act_precedes_an_end_by_force():
@@ -100,7 +104,7 @@ def test_the_last_act_precedes_an_end_by_force():
         with guard:
             os.kill(os.getpid(), signal.SIGTERM)
             stuck()
-    """) == (ExitCode.TERMINATED, f"busflow: the run did not end within 0.01 s\nlast: {ExitCode.TERMINATED!r}\n")
+    """) == (ExitCode.TERMINATED, f"{NOT_IN_TIME.format(0.01)}last: {ExitCode.TERMINATED!r}\n")
 
 
 def test_what_is_forked_at_a_forced_end_ends():
@@ -140,7 +144,7 @@ def test_a_signal_sent_twice_at_once_is_one():
             os.kill(os.getpid(), signal.SIGTERM)
             stuck()
     """)
-    assert (code, text) == (ExitCode.TERMINATED, "busflow: the run did not end within 0.01 s\n")
+    assert (code, text) == (ExitCode.TERMINATED, NOT_IN_TIME.format(0.01))
 
 
 def test_a_time_limit_ends_with_the_grace():
@@ -149,7 +153,7 @@ def test_a_time_limit_ends_with_the_grace():
             guard.end_after(0.01)
             stuck()
     """)
-    assert (code, text) == (ExitCode.FAILED, "busflow: the run did not end within 0.01 s\n")
+    assert (code, text) == (ExitCode.FAILED, NOT_IN_TIME.format(0.01))
 
 
 def test_progress_gets_the_rest_of_the_time():
@@ -160,7 +164,7 @@ def test_progress_gets_the_rest_of_the_time():
             os.kill(os.getpid(), signal.SIGTERM)
             stuck()
     """)
-    assert (code, text) == (ExitCode.TERMINATED, "busflow: the run did not end within 0.03 s\n")
+    assert (code, text) == (ExitCode.TERMINATED, NOT_IN_TIME.format(0.03))
 
 
 def test_a_forked_child_keeps_its_own_signals():

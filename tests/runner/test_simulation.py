@@ -149,14 +149,14 @@ def test_trace_on_real_time_has_the_same_lines(ran):
     assert trace.count(" publish /imu/data ") == published(report)["/imu/data"] > 0
 
 
-def test_simulated_time_file_is_refused_on_real_time(simulated):
+def test_simulated_time_file_is_refused_on_real_time(simulated, golden):
     import asyncio
 
     async def launch():
         async with busflow.launch(simulated("{mode: sim}")):
             pass
 
-    with pytest.raises(NotRunning, match=r"use busflow run, busflow.run\(...\), or busflow.testing.harness"):
+    with golden.raises(NotRunning):
         asyncio.run(launch())
 
 
@@ -171,14 +171,14 @@ def test_a_program_runs_such_a_file_too(capsys, simulated, tmp_path):
     path = simulated("{mode: sim}")
     Path(path).write_text(Path(path).read_text() + "plugins: [.]\nnodes:\n  ender:\n    plugin: ender\n")
     assert busflow.run(path) == 1
-    assert "error: node /ender failed in Ender.run" in capsys.readouterr().err
+    assert "error: node /ender failed" in capsys.readouterr().err
 
 
 def test_stalled_run_ends_and_names_waiting_tasks(tmp_path, capsys):
     (tmp_path / "idle.py").write_text("from busflow import Node\n\n\nclass Idle(Node):\n    pass\n")
     (tmp_path / "idle.yaml").write_text("plugins: [.]\nnodes:\n  idle:\n    plugin: idle\n")
     assert main(["run", str(tmp_path / "idle.yaml"), "--sim"]) == 1
-    assert "nothing is left to run" in capsys.readouterr().err
+    assert capsys.readouterr().err.startswith("error: at 0 s of virtual time ")
     assert main(["run", str(tmp_path / "idle.yaml"), "--sim", "--for", "1h"]) == 0
 
 

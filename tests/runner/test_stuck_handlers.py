@@ -42,9 +42,7 @@ class Slow(Node):
 
 @virtual_time(thread_s=0.2)
 async def test_endless_handler_fails_its_test_with_its_line():
-    with pytest.raises(
-        NodeFailed, match=r"(?s)/endless failed in Endless.tick.*test_stuck_handlers.py:2[4567].*0.2 s of real"
-    ):
+    with pytest.raises(NodeFailed, match=r"(?s)/endless .* Endless\.tick.*test_stuck_handlers\.py:2[4567].* 0\.2 s "):
         async with harness(Endless) as lab:
             await lab.advance(10)
 
@@ -80,8 +78,8 @@ def test_slow_handler_of_a_run_is_only_named(monkeypatch, limits):
     named = os.read(reading, 4096).decode()
     os.close(reading)
     os.close(writing)
-    assert named.startswith("busflow: /slow: timer tick has not come back for 0.1 s of real time")
-    assert re.search(r"it is in .*test_stuck_handlers\.py:\d+ in tick", named)
+    assert named.startswith("busflow: /slow: timer tick ")
+    assert re.search(r" 0\.1 s .*test_stuck_handlers\.py:\d+ in tick", named)
     assert lines == []
 
 

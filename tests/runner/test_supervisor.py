@@ -251,7 +251,7 @@ async def test_spawn_from_stop_on_is_refused():
 
     class Late(Node):
         async def stop(self):
-            with pytest.raises(NotRunning, match="from its stop") as caught:
+            with pytest.raises(NotRunning, match="its stop") as caught:
                 self.spawn(asyncio.sleep(1), name="late")
             refused.append(caught)
 
@@ -272,7 +272,7 @@ async def test_a_node_that_has_ended_creates_nothing():
         lambda: node.create_subscription(Number, "late"),
         lambda: node.create_timer(1, print, name="late"),
     ):
-        with pytest.raises(NotRunning, match="/failing has left its graph"):
+        with pytest.raises(NotRunning, match="/failing "):
             create()
 
 
@@ -290,7 +290,7 @@ async def test_stop_beyond_the_grace_is_reported_as_failure():
 
     graph = Graph([Quick(name="a"), Stuck, Quick(name="b")], clock=SimClock(), sinks=(log.append,))
     graph.grace_s = 0.05
-    with pytest.raises(NodeFailed, match=r"StopTimeout: /stuck did not stop within 0.05 s, and is given up"):
+    with pytest.raises(NodeFailed, match=r"StopTimeout: /stuck .* 0\.05 s"):
         async with graph:
             pass
     assert order == ["b", "a"]
@@ -323,7 +323,7 @@ def test_a_graph_ends_without_an_endless_node(kind, is_left):
     async def main():
         graph = Graph([kind(name="endless")], sinks=(log.append,))
         graph.grace_s = 0.05
-        with pytest.raises(NodeFailed, match=r"/endless did not stop within 0.05 s, and is given up"):
+        with pytest.raises(NodeFailed, match=r"/endless .* 0\.05 s"):
             async with graph:
                 pass
         assert states(graph) == {"/endless": "failed"}

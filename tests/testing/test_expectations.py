@@ -121,12 +121,8 @@ def test_the_age_of_what_reaches_a_node(wrong):
     assert wrong(AGE.replace("100ms", "151ms"), sink__takes_s=0.35) == []
 
 
-def test_dropped_messages_in_all_and_of_one_topic(wrong):
-    lost = "65 messages were dropped"
-    assert wrong(DROPS, sink__takes_s=0.3) == [
-        (13, f"{lost}, not at most 5 (seed 0, of 1)"),
-        (12, f"{lost} on /imu, not at most 0 (seed 0, of 1)"),
-    ]
+def test_dropped_messages_in_all_and_of_one_topic(wrong, golden):
+    golden("\n".join(f"{line}: {message}" for line, message in wrong(DROPS, sink__takes_s=0.3)))
 
 
 def test_errors_in_the_log_are_counted(wrong):
@@ -149,10 +145,8 @@ def test_values_inside_messages_and_arrays(wrong, golden):
     assert wrong("topics:\n  /imu:\n    values:\n      orientation.w: [1, 1]\n      angular_velocity.x: [0, 0]") == []
     section = "topics:\n  /imu:\n    values:\n      orientation_covariance: [1, 2]\n      header.stamp.sec: [0, 1]"
     first, second = wrong(section)
-    assert first == (
-        13,
-        "orientation_covariance of /imu was 0.0 at 0.1 s, not between 1 and 2, the first of 100 times (seed 0, of 1)",
-    )
+    assert first[0] == 13
+    golden(first[1])
     golden(second[1])
 
 

@@ -169,7 +169,7 @@ def test_time_passes_forwards_and_by_a_finite_amount(seconds):
     @virtual_time
     async def main():
         async with harness(Counter) as lab:
-            with pytest.raises(ValueError, match="time passes forwards"):
+            with pytest.raises(ValueError, match="forwards"):
                 await lab.advance(seconds)
 
     main()
@@ -525,11 +525,11 @@ def test_a_fault_that_cannot_be_is_refused(every):
     @virtual_time
     async def main():
         async with harness(Counter) as lab:
-            with pytest.raises(ValueError, match="every is 1"):
+            with pytest.raises(ValueError, match="every "):
                 lab.drop("numbers", every=every)
-            with pytest.raises(ValueError, match="a delay is a finite number"):
+            with pytest.raises(ValueError, match="finite"):
                 lab.delay("numbers", -1)
-            with pytest.raises(NotSeen, match="did you mean"):
+            with pytest.raises(NotSeen, match="/numbers"):
                 lab.delay("numberz", 1)
 
     main()

@@ -31,9 +31,7 @@ def test_warning_points_to_the_line_outside_busflow():
     """What warns is called by other functions of busflow, as a deprecated method would be."""
     inside = {"__name__": "busflow.node.node", "warn_of": warn_of}
     exec("def old():\n    warn_of('Node.old', instead='write Node.new', gone_in='0.3')\n", inside)  # noqa: S102  # our own text
-    with pytest.warns(
-        DeprecationWarning, match=r"^Node\.old is deprecated and gone in busflow 0\.3: write Node\.new$"
-    ) as seen:
+    with pytest.warns(DeprecationWarning, match=r"^Node\.old .* 0\.3: write Node\.new$") as seen:
         inside["old"]()
     assert [warning.filename for warning in seen] == [__file__]
 

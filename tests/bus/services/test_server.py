@@ -162,11 +162,11 @@ async def test_restarted_server_continues_its_account():
 
 
 @virtual_time
-async def test_a_server_shows_its_service_node_and_counts():
+async def test_a_server_shows_its_service_node_and_counts(golden):
     async with harness(Adder) as lab:
         server = lab.node(Adder).create_service(Trigger, "ask", lambda _: Trigger.Response())
         await lab.call(Trigger, "ask")
-        assert repr(server) == "<Server /ask of /adder: 1 served, 0 failed, 0 waiting>"
+        golden(repr(server))
 
 
 @virtual_time

@@ -78,14 +78,9 @@ def test_expression_in_ros_form_is_text(folder):
     }
 
 
-def test_file_without_the_node_is_an_error(folder):
+def test_file_without_the_node_is_an_error(folder, golden):
     folder.write("/left/camera: {ros__parameters: {x: 1}}\n/imu: {ros__parameters: {x: 1}}\n", "p.yaml")
-    assert folder.report("nodes:\n  camera: {plugin: p, parameters_from: p.yaml}\n").splitlines() == [
-        "lab1.yaml:2:40: error: p.yaml has no parameters for /camera",
-        "    camera: {plugin: p, parameters_from: p.yaml}",
-        "                                         ^^^^^^",
-        "  fix: did you mean '/left/camera'?",
-    ]
+    golden(folder.report("nodes:\n  camera: {plugin: p, parameters_from: p.yaml}\n"))
 
 
 def test_section_that_misses_by_wildcard_is_explained(folder, golden):

@@ -24,7 +24,7 @@ def test_names_like_keys_stay_in_place(text: str, folder):
     assert [node.plugin for node in description.nodes] == ["talker"] * len(description.nodes)
 
 
-def test_rest_is_checked_as_if_correctly_indented(folder):
+def test_rest_is_checked_as_if_correctly_indented(folder, golden):
     report = folder.report(
         """\
         nodes:
@@ -36,9 +36,4 @@ def test_rest_is_checked_as_if_correctly_indented(folder):
         seed: -1
         """
     )
-    assert [line for line in report.splitlines() if "error" in line] == [
-        "lab1.yaml:3:3: error: plugin and restart must stand below sonar",
-        "lab1.yaml:4:12: error: nodes.sonar.restart must be one of never, on-failure, always, got text 'sometimes'",
-        "lab1.yaml:6:3: error: plugin must stand below guard",
-        "lab1.yaml:7:7: error: seed must be at least 0, got -1",
-    ]
+    golden("\n".join(line for line in report.splitlines() if "error" in line))

@@ -26,7 +26,7 @@ def test_messages_become_plain_data_or_messages(golden):
 def test_json_is_read_as_it_is(golden):
     note = Channel("/n", "odd/msg/Note", "json", '{"type": "object"}', "jsonschema")
     assert note.plain(b'{"text": "a"}') == {"text": "a"}
-    with pytest.raises(MalformedMessage, match="no JSON"):
+    with golden.raises(MalformedMessage):
         note.plain(b"{")
     with golden.raises(BagError):
         Channel("/n", "odd/msg/Note", "json", "[" * 100_000, "jsonschema").plain(b"{}")

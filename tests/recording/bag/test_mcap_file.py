@@ -196,7 +196,8 @@ def test_a_redeclared_channel_or_missing_schema_is_damage(tmp_path, golden):
     first = Channel(1, "/a", "cdr", {}, 0)
     other = Channel(1, "/b", "cdr", {}, 0)
     found, damage = served(file_of(tmp_path / "a.mcap", first, message(1), other, message(2)))
-    assert (len(found), damage.what) == (1, "channel 1 is declared a second time, otherwise")
+    assert len(found) == 1
+    golden(damage.what)
     _, damage = served(file_of(tmp_path / "b.mcap", Channel(1, "/a", "cdr", {}, 7)))
     golden(damage.what)
     _, damage = served(file_of(tmp_path / "c.mcap", Schema(1, b"", "", "x"), Schema(1, b"y", "", "x")))

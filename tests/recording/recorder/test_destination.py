@@ -1,6 +1,7 @@
 """Where a recording goes: a new file, under a name that can be found."""
 
 import errno
+import os
 import re
 from pathlib import Path
 
@@ -36,7 +37,7 @@ def test_a_file_without_a_name_is_none(name, golden):
 
 def test_an_unwritable_folder_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(RecordingRefused, match="Not a directory"):
+    with pytest.raises(RecordingRefused, match=os.strerror(errno.ENOTDIR)):
         Destination(tmp_path / "file/run.mcap")
 
 

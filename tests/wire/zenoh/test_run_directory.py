@@ -400,7 +400,7 @@ def test_error_lists_the_living_runs(home):
     with pytest.raises(NoSuchRun):
         find_run(None, home)
     first, second = claimed("lab1", home), claimed("arm", home, since_ns=2)
-    with pytest.raises(NoSuchRun, match=r"2 .*--run lab1 \| arm\n  busflow ps"):
+    with pytest.raises(NoSuchRun, match=r"2 .*--run lab1 \| arm\n"):
         find_run(None, home)
     with pytest.raises(NoSuchRun, match=r"'lab'.*'lab1'"):
         find_run("lab", home)

@@ -27,7 +27,7 @@ def test_a_panic_of_zenoh_is_its_refusal(tmp_path, monkeypatch):
         raise PanicException("Failed to init net")
 
     monkeypatch.setattr("zenoh.open", panic)
-    with pytest.raises(InspectionUnavailable, match=r"Failed to init net.*ulimit -n"):
+    with pytest.raises(InspectionUnavailable, match="ulimit -n"):
         open_session(tmp_path, listen="main.sock")
 
 
