@@ -84,8 +84,8 @@ def wrong(expecting):
 
     def find(section, *, seeds=(0,), **overrides):
         path = expecting(section)
-        nodes = {f"nodes.{key.replace('__', '.parameters.')}": value for key, value in overrides.items()}
-        trials = Trials(load(path, overrides=nodes), 10.0)
+        sets = [f"nodes.{key.replace('__', '.parameters.')}={json.dumps(value)}" for key, value in overrides.items()]
+        trials = Trials(load(path, sets=sets), 10.0)
         trials.run(seeds)
         return [(problem.place.line if problem.place else None, problem.message) for problem in trials.problems()]
 

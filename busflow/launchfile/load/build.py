@@ -12,11 +12,9 @@ from busflow.bus import names
 from busflow.bus.qos import PRESETS, QoS, qos_faults
 from busflow.errors import InvalidName
 from busflow.launchfile.load.build_network import network_of, ros2_of, unknown_machine
-from busflow.launchfile.load.build_programs import programs_of
+from busflow.launchfile.load.build_programs import programs_of, variables
 from busflow.launchfile.load.fixed_frames import frames_nodes
 from busflow.launchfile.load.merge import Part
-from busflow.launchfile.load.packages import packages_of
-from busflow.launchfile.load.variables import variables
 from busflow.launchfile.model.description import (
     ClockSpec,
     EndpointSpec,
@@ -37,6 +35,7 @@ from busflow.launchfile.model.supervision import Supervision
 from busflow.launchfile.yaml.value import Value
 from busflow.text import did_you_mean
 
+_PACKAGE_NAME = re.compile(r"[A-Za-z0-9][\w.-]*", re.ASCII)
 _PROCESS_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
 
 
@@ -53,7 +52,7 @@ class Builder:
     def build(self, name: str, files: tuple[Path, ...]) -> LaunchDescription:
         """Return the description of everything that is correct."""
         keys = self.keys
-        self._packages = packages_of(self.part.tree.members.get("packages"), self.problems)
+        self._packages = _packages_of(self.part.tree.members.get("packages"), self.problems)
         self._profiles = self._named_profiles(self.part.tree.section("qos"))
         nodes = [self._node(key, value) for key, value in self.part.tree.section("nodes").items()]
         clock = keys.clock
@@ -281,6 +280,22 @@ def record_spec(keys: RecordKeys) -> RecordSpec:
     snapshot = None if keys.snapshot is None else SnapshotSpec(keys.snapshot, keys.bytes, keys.after or 0.0)
     topics, exclude = tuple(keys.topics), tuple(keys.exclude)
     return RecordSpec(keys.to, topics, exclude, keys.on_drop, keys.compression, split, snapshot)
+
+
+def _packages_of(stated: Value | None, problems: Problems) -> dict[str, Path]:
+    """Return the folders by name; report names that no address can have, and folders that are not there."""
+    found: dict[str, Path] = {}
+    for name, value in stated.members.items() if stated is not None else ():
+        folder = Path(str(value.content))
+        if not _PACKAGE_NAME.fullmatch(name):
+            message, fix = f"{name!r} is no name of a package", "letters, digits, _, - and . make it"
+            problems.add(problem_at("invalid-name", message, fix, key_origin(value)), left_out=[("packages",)])
+        elif not folder.is_dir():
+            message, fix = f"there is no folder {folder}", "name the package's folder, relative to this file"
+            problems.add(problem_at("missing-folder", message, fix, value.origin), left_out=[("packages",)])
+        else:
+            found[name] = folder.resolve()
+    return found
 
 
 def _process_name_fault(name: str) -> names.NameFault | None:

@@ -1,19 +1,19 @@
-"""Builds the `ProgramSpec` of each program of a launch file, and checks names and commands as far as the file goes."""
+"""Builds the `ProgramSpec` of each program of a launch file, with its words and its environment as texts."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from busflow.bus import names
-from busflow.launchfile.load.variables import texts, variables
 from busflow.launchfile.model.description import ProgramSpec
 from busflow.launchfile.model.keys import LaunchKeys, ProgramKeys
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.model.supervision import Supervision
 from busflow.launchfile.yaml.value import Value
+from busflow.validation.faults import shown
 
 
 def in_folder(tree: Value, folder: Path) -> Value:
@@ -82,3 +82,21 @@ def _is_named_well(key: str, value: Value, keys: LaunchKeys, problems: Problems)
             problem_at("duplicate-name", message, "rename one of them", key_origin(value)), left_out=[("programs",)]
         )
     return not taken
+
+
+def variables(env: Value) -> dict[str, str]:
+    """Return the environment variables that an `env` section states, all as texts."""
+    return {name: _text(each.content) for name, each in env.members.items()}
+
+
+def texts(words: Iterable[object]) -> tuple[str, ...]:
+    """Return the words of a command, all as texts.
+
+    >>> texts(["camera", "--rate", 30, "--crop", True])
+    ('camera', '--rate', '30', '--crop', 'true')
+    """
+    return tuple(map(_text, words))
+
+
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else shown(value)

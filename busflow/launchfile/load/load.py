@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import ParamSpec
 
 from busflow.errors import LaunchError, Problem
 from busflow.launchfile.load import arguments, override
@@ -25,73 +26,62 @@ from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import read_file
 
-
-def load(
-    path: str | Path,
-    *,
-    args: Mapping[str, object] | None = None,
-    overrides: Mapping[str, object] | None = None,
-    assignments: Sequence[str] = (),
-    sets: Sequence[str] = (),
-    profiles: Sequence[str] = (),
-    environment: Mapping[str, str] | None = None,
-    plugins: Callable[[], Iterable[str]] = tuple,
-) -> LaunchDescription:
-    """Load a launch file.
-
-    Args:
-        path: The file.
-        args: Values of its arguments, from Python.
-        overrides: Values of the description by dotted path, from Python.
-        assignments: `name:=value` of a command line.
-        sets: `path=value` of a command line's `--set`.
-        profiles: The profiles of the file to use; later ones override earlier ones.
-        environment: The variables for `${env.…}`; by default the process's own.
-        plugins: Gives the names of plugins, for the error where one stands in place of a file.
-
-    Raises:
-        LaunchError: With every problem.
-    """
-    description, found = examine(
-        path,
-        args=args,
-        overrides=overrides,
-        assignments=assignments,
-        sets=sets,
-        profiles=profiles,
-        environment=environment,
-        plugins=plugins,
-    )
-    if found or description is None:
-        raise LaunchError(found)
-    return description
+P = ParamSpec("P")
 
 
 def examine(
     path: str | Path,
     *,
     args: Mapping[str, object] | None = None,
-    overrides: Mapping[str, object] | None = None,
     assignments: Sequence[str] = (),
     sets: Sequence[str] = (),
     profiles: Sequence[str] = (),
     environment: Mapping[str, str] | None = None,
     plugins: Callable[[], Iterable[str]] = tuple,
 ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
-    """Load a launch file as `load` does, and return every problem with the description of its correct parts."""
+    """Load a launch file; return the description of its correct parts, and every problem.
+
+    Args:
+        path: The file.
+        args: Values of its arguments, from Python.
+        assignments: `name:=value` of a command line.
+        sets: `path=value` of a command line's `--set`.
+        profiles: The profiles of the file to use; later ones override earlier ones.
+        environment: The variables for `${env.…}`; by default the process's own.
+        plugins: Gives the names of plugins, for the error where one stands in place of a file.
+    """
     problems = Problems()
     files = Files(problems, plugins)
     given = arguments.from_caller(args or {}) | arguments.from_command_line(assignments, problems)
-    changes = override.from_caller(overrides or {})
-    for text in sets:
-        with problems.collecting():
-            changes.append(override.parse_override(text))
+    changes = override.parsed(sets, problems)
     description: LaunchDescription | None = None
     with problems.collecting():
         file = LaunchFile(Path(path), from_command_line(profiles), given)
         outside = Scope(environment if environment is not None else os.environ)
         description = _described(file, changes, files, outside)
     return description, problems.sorted(map(str, files.paths))
+
+
+def _raising(
+    examine: Callable[P, tuple[LaunchDescription | None, tuple[Problem, ...]]],
+) -> Callable[P, LaunchDescription]:
+    """Return the form of `examine` that raises the problems."""
+
+    def load(*path: P.args, **given: P.kwargs) -> LaunchDescription:
+        """Load a launch file; what can be given is as for `examine`.
+
+        Raises:
+            LaunchError: With every problem.
+        """
+        description, found = examine(*path, **given)
+        if found or description is None:
+            raise LaunchError(found)
+        return description
+
+    return load
+
+
+load = _raising(examine)
 
 
 def read_arguments(path: str | Path, environment: Mapping[str, str] | None = None) -> tuple[Argument, ...]:

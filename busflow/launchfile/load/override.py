@@ -1,8 +1,8 @@
-"""Overrides of launch file values, from the command line (`--set nodes.talker.restart=always`) or from Python."""
+"""Overrides of launch file values, from the command line (`--set nodes.talker.restart=always`)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from busflow.launchfile.load.files import Files
 from busflow.launchfile.model.keys import NodeKeys
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import MAX_DEPTH, parse_value
-from busflow.launchfile.yaml.value import Origin, StatedBy, Value, on_command_line
+from busflow.launchfile.yaml.value import StatedBy, Value, on_command_line
 from busflow.text import did_you_mean
 from busflow.validation.faults import dotted, shown
 
@@ -30,7 +30,7 @@ class Override:
     value: Value
 
 
-def parse_override(text: str) -> Override:
+def _parsed(text: str) -> Override:
     """Parse the text of `--set`: a dotted path, `=`, a value.
 
     Raises:
@@ -48,10 +48,13 @@ def parse_override(text: str) -> Override:
     return Override(tuple(steps), replace(found, key=on_command_line(text, 0, len(path))))
 
 
-def from_caller(overrides: Mapping[str, object]) -> list[Override]:
-    """Return the overrides that Python code passes as dotted paths and plain data."""
-    origin = Origin(StatedBy.CALLER)
-    return [Override(tuple(path.split(".")), Value.of(data, origin)) for path, data in overrides.items()]
+def parsed(texts: Iterable[str], problems: Problems) -> list[Override]:
+    """Return the overrides that these texts of `--set` state; report those that are wrong."""
+    found: list[Override] = []
+    for text in texts:
+        with problems.collecting():
+            found.append(_parsed(text))
+    return found
 
 
 def with_parameter_files(changes: Iterable[Override], tree: Value, files: Files) -> Iterator[Override]:

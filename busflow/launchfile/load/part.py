@@ -11,7 +11,7 @@ from pathlib import Path
 from busflow.errors import LaunchError, Problem
 from busflow.launchfile.load.arguments import bind
 from busflow.launchfile.load.build_network import anchored
-from busflow.launchfile.load.build_programs import in_folder
+from busflow.launchfile.load.build_programs import in_folder, variables
 from busflow.launchfile.load.expand import expanded
 from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.files import Files
@@ -21,7 +21,6 @@ from busflow.launchfile.load.override import SETTABLE
 from busflow.launchfile.load.parameter_file import nested
 from busflow.launchfile.load.profiles import chosen
 from busflow.launchfile.load.resolver import Resolver
-from busflow.launchfile.load.variables import variables
 from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at, warning_at
 from busflow.launchfile.yaml.value import Value

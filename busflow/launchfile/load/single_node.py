@@ -44,10 +44,11 @@ def examine_single_node(
     part = Part(Value.of(stated, origin), [StatedPath(folder, origin) for folder in folders])
     part = named(part, "/", problems)
     (key,) = part.nodes.members
-    changes = [*_parameters(key, parameters, problems), *_remaps(key, remaps, problems)]
-    for text in sets:
-        with problems.collecting():
-            changes.append(override.parse_override(text))
+    changes = [
+        *_parameters(key, parameters, problems),
+        *_remaps(key, remaps, problems),
+        *override.parsed(sets, problems),
+    ]
     files = Files(problems)
     description: LaunchDescription | None = None
     with problems.collecting():

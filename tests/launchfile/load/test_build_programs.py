@@ -6,8 +6,10 @@ import re
 import pytest
 import yaml
 
+from busflow.launchfile.load.build_programs import texts, variables
 from busflow.launchfile.model.description import GRACE_S
 from busflow.launchfile.model.supervision import Condition, OnExit, Restart
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from tests.vectors import each_case
 
 
@@ -139,3 +141,12 @@ def test_mistake_is_reported_with_place_and_fix(folder, text, place, message, fi
     assert message in report
     assert fix in report
     assert report.count("error:") == 1
+
+
+def test_variables_are_texts_as_yaml_spells_them():
+    env = Value.of({"A": "x", "B": 1, "C": 0.5, "D": True}, Origin(StatedBy.CALLER))
+    assert variables(env) == {"A": "x", "B": "1", "C": "0.5", "D": "true"}
+
+
+def test_words_keep_their_order():
+    assert texts(["a", 2, "b", 1e6]) == ("a", "2", "b", "1000000.0")

@@ -125,9 +125,8 @@ def test_command_line_overrides_file_overrides_includes(folder):
     }
 
 
-def test_later_override_wins_also_from_python(folder):
-    how = {"overrides": {"nodes.talker.restart": "always", "seed": 1}, "sets": ["seed=2", "seed=3"]}
-    found = folder.load(TALKER, **how)
+def test_later_override_wins(folder):
+    found = folder.load(TALKER, sets=["nodes.talker.restart=always", "seed=2", "seed=3"])
     assert (found.seed, found.nodes[0].supervision.restart.when) == (3, Restart.ALWAYS)
 
 

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -115,11 +114,6 @@ def test_an_index_must_be_within_its_list(folder, golden):
 def test_malformed_override_is_refused(folder, text: str, golden):
     report = folder.report(FILE, sets=[text])
     golden(report)
-
-
-@pytest.mark.parametrize("overrides", [{"nodes.nobody.restart": "always"}, {"seed": "x"}, {"nodes.talker": 5}])
-def test_wrong_override_from_python_has_no_place(folder, overrides: dict[str, Any]):
-    assert folder.report(FILE, overrides=overrides).startswith("error: ")
 
 
 def test_docs_list_the_settable_keys():
