@@ -53,7 +53,7 @@ class ForeignType:
         """Decode bytes to a plain value. Raises MalformedMessage if they are not a message."""
         if self.is_ros:
             return decoder_from_description(self.description)
-        return lambda payload: json_form.decode(payload, self.name)
+        return lambda payload: json_form.decode_json(payload, self.name)
 
     def without_surplus(self, payload: bytes) -> bytes:
         """Return the message at the start of the bytes, without the bytes that follow it.

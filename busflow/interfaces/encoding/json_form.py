@@ -88,7 +88,7 @@ def codec(cls: type[Message], name: str) -> tuple[Callable[[Message], bytes], Ca
     return encode, decode
 
 
-def decode(payload: bytes | bytearray | memoryview, name: str) -> Any:
+def decode_json(payload: bytes | bytearray | memoryview, name: str) -> Any:
     """Return a message as a plain value.
 
     Raises:

@@ -42,7 +42,7 @@ def test_a_message_survives():
 
 
 def test_a_peer_without_the_class_reads_it():
-    found = json_form.decode(TypeSupport(Detection).encode(FULL), "test/msg/Detection")
+    found = json_form.decode_json(TypeSupport(Detection).encode(FULL), "test/msg/Detection")
     assert found["where"] == {"x": 1.0, "y": 0.0, "z": 0.0}
     assert list(found) == ["where", "scores", "label", "weights", "others"]
 
@@ -70,7 +70,7 @@ def test_hostile_bytes_are_refused_with_the_field(golden, data):
     "data", [b"", b"\xff", b"[" * 100_000, b"[" * 600 + b"]" * 600, b"1" * 10_000, b"{'a': 1}", b'"\\ud800"']
 )
 def test_hostile_bytes_are_refused_without_the_class_too(data):
-    for decode in (json_form.decode, lambda data, _name: TypeSupport(Detection).decode(data)):
+    for decode in (json_form.decode_json, lambda data, _name: TypeSupport(Detection).decode(data)):
         with pytest.raises(MalformedMessage):
             decode(data, "test/msg/Detection")
 
