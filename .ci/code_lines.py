@@ -29,11 +29,11 @@ def tree(path: Path) -> ast.Module:
 def code_lines(path: Path) -> dict[int, str]:
     """Return the lines of code by their numbers; of TypeScript, a line of a block comment begins with `*`."""
     text = path.read_text(encoding="utf-8")
-    marks = "#" if path.suffix == ".py" else ("//", "/*", "*")
+    marks = "#" if path.suffix.startswith(".py") else ("//", "/*", "*")
     every = dict(enumerate(text.splitlines(), 1))
     lines = {number: line for number, line in every.items() if line.strip() and not line.lstrip().startswith(marks)}
     docstrings: set[int] = set()
-    for node in ast.walk(tree(path)) if path.suffix == ".py" else ():
+    for node in ast.walk(tree(path)) if path.suffix.startswith(".py") else ():
         if isinstance(node, ast.JoinedStr | ast.Constant) and node.end_lineno != node.lineno:
             lines |= {number: every[number] for number in range(node.lineno, (node.end_lineno or 0) + 1)}
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
@@ -43,9 +43,9 @@ def code_lines(path: Path) -> dict[int, str]:
 
 def rows() -> dict[str, list[Path]]:
     """Return the files of each row of the budget; `root` has the modules directly in `busflow/`."""
-    found = {"root": sorted(PROJECT.glob("busflow/*.py"))}
+    found = {"root": sorted(PROJECT.glob("busflow/*.py*"))}  # also stubs, `.pyi`
     for package in sorted(PROJECT.glob("busflow/*/__init__.py")):
-        found[package.parent.name] = sorted(package.parent.rglob("*.py"))
+        found[package.parent.name] = sorted(each for end in ("py", "pyi") for each in package.parent.rglob(f"*.{end}"))
     for row, patterns in BESIDE.items():
         paths = (path for pattern in patterns for path in PROJECT.glob(pattern) if ".test." not in path.name)
         found[row] = sorted(path for path in paths if DATA not in path.parents)

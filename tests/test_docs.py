@@ -34,9 +34,9 @@ import pytest
 from sybil import Document, Region
 from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
 
+from busflow import commands
 from busflow.bus.qos import PRESETS, QoS
 from busflow.cli import _COMMANDS as COMMANDS
-from busflow.cli import commands
 from busflow.cli import main as busflow
 from busflow.cli.run import run
 from busflow.launchfile.load.load import load

@@ -69,6 +69,7 @@ def missing(sources: ZipFile) -> list[str]:
     return found
 
 
+@pytest.mark.filterwarnings("ignore:.*is deprecated and gone in:DeprecationWarning")
 @pytest.mark.parametrize("distribution", ["busflow_ui", "busflow_assistant"])
 @pytest.mark.parametrize("release", RELEASES, ids=lambda release: release.name)
 def test_names_that_a_released_distribution_imports_are_there(release: Path, distribution: str):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from websockets.exceptions import ConnectionClosed
 
-from busflow.cli.commands import package_file
+from busflow.commands import package_file
 from busflow.errors import NoSuchTarget
 from busflow.text import printable, quoted
 from busflow_ui.foxglove import protocol

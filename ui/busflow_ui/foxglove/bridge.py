@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from websockets.frames import CloseCode
 
 import busflow
-from busflow.cli.commands import Selection
 from busflow.clock import NS_PER_S, SystemClock
+from busflow.commands import Selection
 from busflow.errors import BusflowError, MalformedMessage
 from busflow.text import counted
 from busflow_ui import timeouts
@@ -31,7 +31,7 @@ from busflow_ui.foxglove.websocket_server import name_of
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
-    from busflow.cli.commands import GraphView, Peer
+    from busflow.commands import GraphView, Peer
 
 _LOOK_S = 1.0
 """The interval at which the graph is read, while a viewer is connected."""

@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from busflow.cli.commands import GraphView, Selection, TopicView, actions_of, full_topic_name_fault, known_type
+from busflow.commands import GraphView, Selection, TopicView, actions_of, full_topic_name_fault, known_type
 from busflow.errors import BusflowError, InspectionUnavailable, NoSuchTarget
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import ForeignType, Peer, ServiceKind
+    from busflow.commands import ForeignType, Peer, ServiceKind
 
 CLOCK = "/clock"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"

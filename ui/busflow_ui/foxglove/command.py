@@ -7,10 +7,10 @@ from urllib.parse import quote
 
 import click
 
-from busflow.cli.commands import complete_runs, complete_topics, joined, takes_interfaces, tell
+from busflow.commands import complete_runs, complete_topics, joined, print_message, takes_interfaces
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import Peer
+    from busflow.commands import Peer
     from busflow_ui.foxglove.admission import Admission
 
 _EXAMPLES = """\b
@@ -77,13 +77,13 @@ async def _serve(
     from busflow_ui.foxglove.bridge import Bridge, Terms
     from busflow_ui.foxglove.websocket_server import WebSocketServer
 
-    bridge = Bridge(peer, topics, print_message=tell)
+    bridge = Bridge(peer, topics, print_message=print_message)
     terms = Terms(read_only, metadata={"ROS_DISTRO": _DISTRO})
-    server = WebSocketServer(admission, lambda connection: bridge.serve(connection, terms), print_message=tell)
+    server = WebSocketServer(admission, lambda connection: bridge.serve(connection, terms), print_message=print_message)
     try:
         port = await server.open(host, port)
         if not is_local(host):
-            tell(f"warning: {_risk(host, read_only=read_only)}")
+            print_message(f"warning: {_risk(host, read_only=read_only)}")
         url = f"ws://{f'[{host}]' if ':' in host else host}:{port}"
         click.echo(f"{peer.run.name} is served at {url} (Foxglove WebSocket), until Ctrl-C")
         click.echo(f"  {_APP}{quote(url, safe='')}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import EndView, GraphView
+    from busflow.commands import EndView, GraphView
 
 NodesByName: TypeAlias = Mapping[str, tuple[str, ...]]
 """Nodes by the name of the topic or service."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from busflow.cli.commands import kept_lines
 from busflow.clock import NS_PER_S
+from busflow.commands import kept_lines
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import ForeignType, Peer
+    from busflow.commands import ForeignType, Peer
 
 ROSOUT = "/rosout"
 

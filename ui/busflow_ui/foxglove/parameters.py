@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from busflow.cli.commands import finite
+from busflow.commands import finite
 from busflow.errors import BusflowError, NoSuchTarget
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import Peer
+    from busflow.commands import Peer
 
 _DOUBLE, _DOUBLES = 3, 8
 """ROS 2's numbers of the types whose values JSON can write as whole numbers."""

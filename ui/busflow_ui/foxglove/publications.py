@@ -7,12 +7,12 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from busflow.cli.commands import Offer, check_full_topic_name, decode_json, known_type, misfits
+from busflow.commands import Offer, check_full_topic_name, decode_json, known_type, misfits
 from busflow.errors import IncompatibleType, MalformedMessage, NoSuchTarget
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import ForeignType, GraphView, Peer, Speaker
+    from busflow.commands import ForeignType, GraphView, Peer, Speaker
     from busflow_ui.foxglove.protocol import ClientChannel
 
 ENCODINGS = ("json", "cdr")

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from websockets.asyncio.server import ServerConnection
 
-    from busflow.cli.commands import GraphView, Listener, Peer
+    from busflow.commands import GraphView, Listener, Peer
     from busflow_ui.foxglove.catalogue import Catalogue, Change, OfferedTopic
     from busflow_ui.foxglove.parameters import RunParameters
 

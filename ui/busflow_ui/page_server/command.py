@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.commands import complete_runs, joined, tell
+from busflow.commands import complete_runs, joined, print_message
 from busflow.text import counted
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def _book(places: tuple[Path, ...]) -> Book | None:
 
     book = Book(places)
     for fault in book.faults():
-        tell(f"warning: {fault}")
+        print_message(f"warning: {fault}")
     return book
 
 
@@ -163,7 +163,7 @@ def _show_recording(file: Path, place: _Place) -> None:
     recording = opened(file)
     with ExitStack() as closing:
         closing.callback(recording.close)
-        source = RecordingSource(recording, print_message=tell)
+        source = RecordingSource(recording, print_message=print_message)
         asyncio.run(_serve(str(file), source, asyncio.Event().wait, place))
 
 
@@ -173,7 +173,7 @@ def _show_bridge(url: str, place: _Place) -> None:
     from busflow_ui.page_server.bridge_source import BridgeSource
 
     async def main() -> None:
-        source = BridgeSource(url, print_message=tell)
+        source = BridgeSource(url, print_message=print_message)
         await source.check()
         await _serve(url, source, asyncio.Event().wait, place)
 
@@ -191,7 +191,7 @@ def _show_run(run: str | None, place: _Place) -> None:
             name = run or peer.run.name
 
     async def main() -> None:
-        source = RunSource(name, print_message=tell, chapters=place.book)
+        source = RunSource(name, print_message=print_message, chapters=place.book)
         await _serve(name or "the next run", source, source.keep, place)
 
     asyncio.run(main())
@@ -217,7 +217,7 @@ async def _serve(what: str, source: Source, keep: Callable[[], Awaitable[object]
         admission=PageAdmission(place.host, place.origins),
         tokens=tokens,
         files=PageFiles(page_folder(), place.origins, _site(place.book)),
-        print_message=tell,
+        print_message=print_message,
         certificate=place.certificate,
     )
     try:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
-from busflow.cli.commands import joined
 from busflow.clock import SystemClock
+from busflow.commands import joined
 from busflow.errors import BusflowError
 from busflow_ui.foxglove.bridge import Bridge, Terms
 from busflow_ui.page_server.access import Access

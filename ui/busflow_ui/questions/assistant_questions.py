@@ -19,7 +19,7 @@ from busflow_ui.questions import arguments as checked
 from busflow_ui.questions.cited_pages import Chapters, CitedPages
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import Listener
+    from busflow.commands import Listener
     from busflow_ui.foxglove.bridge import Bridge
     from busflow_ui.foxglove.catalogue import OfferedTopic
     from busflow_ui.questions.allowance import Allowance

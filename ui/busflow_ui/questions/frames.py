@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from busflow.cli.commands import finite
+from busflow.commands import finite
 from busflow.errors import MalformedMessage
 
 _PREFIX = "busflow/"

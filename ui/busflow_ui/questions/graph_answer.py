@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from busflow.cli.commands import is_hidden
+from busflow.commands import is_hidden
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import EndView, GraphView, NodeView, TopicView
+    from busflow.commands import EndView, GraphView, NodeView, TopicView
 
 _UNSTATED: Mapping[str, Any] = {}
 _SEND_GOAL = "/_action/send_goal"

@@ -13,7 +13,7 @@ from busflow.errors import BusflowError
 from busflow_ui import timeouts
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import Peer
+    from busflow.commands import Peer
 
 _BEAT_S = 0.25
 

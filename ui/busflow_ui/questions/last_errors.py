@@ -12,7 +12,7 @@ from busflow.text import printable
 from busflow_ui.foxglove.kept_log import ROSOUT
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import Listener
+    from busflow.commands import Listener
     from busflow_ui.foxglove.bridge import Bridge
 
 _ERROR = 40

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from busflow.cli.commands import ActionPeer, action_named
+from busflow.commands import ActionPeer, action_named
 from busflow.errors import ActionUnavailable, GoalCanceled, GoalTimeout, MalformedMessage
 from busflow.text import printable
 from busflow_ui import timeouts
@@ -21,7 +21,7 @@ from busflow_ui.foxglove.catalogue import written_form
 from busflow_ui.questions import arguments as checked
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import PeerGoal
+    from busflow.commands import PeerGoal
     from busflow_ui.foxglove.bridge import Bridge
 
 _MOST_GOALS = 8

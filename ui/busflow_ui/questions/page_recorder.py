@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from busflow.cli.commands import Compression, RemoteRecorder, Selection
+from busflow.commands import Compression, RemoteRecorder, Selection
 from busflow.errors import RecordingRefused
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import Peer
+    from busflow.commands import Peer
 
 _FILE = "{name}-{start}.mcap"
 

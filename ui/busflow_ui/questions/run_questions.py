@@ -9,8 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.cli.commands import kept_lines, plugin_places, problems_in
 from busflow.clock import SystemClock
+from busflow.commands import kept_lines, plugin_places, problems_in
 from busflow.errors import BusflowError
 from busflow_ui.questions import arguments as checked
 from busflow_ui.questions import frames

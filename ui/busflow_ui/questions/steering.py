@@ -7,7 +7,7 @@ from difflib import unified_diff
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from busflow.cli.commands import (
+from busflow.commands import (
     launch_key,
     order_nodes,
     plugin_places,
@@ -21,7 +21,7 @@ from busflow.text import printable
 from busflow_ui.questions import arguments as checked
 
 if TYPE_CHECKING:
-    from busflow.cli.commands import LaunchFileEdit, Peer
+    from busflow.commands import LaunchFileEdit, Peer
 
 _KEY = "x-ui"
 """Key of a launch file that holds the page's layout; keys that begin with `x-` are free."""

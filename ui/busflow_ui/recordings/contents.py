@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
-from busflow.cli.commands import is_hidden
 from busflow.clock import NS_PER_S
+from busflow.commands import is_hidden
 from busflow.errors import BagError, MalformedMessage
 
 if TYPE_CHECKING:

@@ -7,15 +7,15 @@ from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from busflow.cli.commands import is_hidden
 from busflow.clock import NS_PER_S
+from busflow.commands import is_hidden
 from busflow.errors import BagError, InvalidInput, Problem
 from busflow.text import printable
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from busflow.cli.commands import Bag, Channel, Entry
+    from busflow.commands import Bag, Channel, Entry
 
 _FIRST_NS = 250_000_000
 """How far before a moment the last message of a topic is looked for first; then four times as far, and so on."""
@@ -145,7 +145,7 @@ def opened(path: Path) -> Recording:
         BagError: It is none, or cannot be read.
         InvalidInput: It holds no message.
     """
-    from busflow.cli.commands import Bag
+    from busflow.commands import Bag
 
     bag = Bag(path)
     try:

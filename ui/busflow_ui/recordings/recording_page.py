@@ -26,7 +26,7 @@ from busflow_ui.recordings.playback import Playback
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
-    from busflow.cli.commands import Entry
+    from busflow.commands import Entry
     from busflow_ui.recordings.recording import Recording
 
 _TICK_S = 0.02

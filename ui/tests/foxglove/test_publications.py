@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from busflow import Node, QoS, publisher, subscription
-from busflow.cli.commands import TopicView, known_type
+from busflow.commands import TopicView, known_type
 from busflow.errors import IncompatibleType, InvalidName, MalformedMessage, NoSuchTarget, UnknownType
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Int64, String
