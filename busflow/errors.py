@@ -74,7 +74,7 @@ class Fault:
     message: str
     fix: str | None = None
     code: str = "invalid"
-    """A stable word: unknown, missing, type, range, choice, length or invalid."""
+    """A stable word: unknown, missing, type, range, choice, length, read-only or invalid."""
 
 
 class _WithFaults(BusflowError, ValueError):

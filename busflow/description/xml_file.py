@@ -144,5 +144,5 @@ def _content(path: Path) -> bytes:
         line = found.count(b"\n", 0, error.start) + 1
         column = error.start - found.rfind(b"\n", 0, error.start)
         place = Place(str(path), line, column)
-        raise LaunchError([Problem("not-utf8", "this is not UTF-8", "save the file as UTF-8", place)]) from None
+        raise LaunchError([Problem("not-utf-8", "this is not UTF-8", "save the file as UTF-8", place)]) from None
     return found

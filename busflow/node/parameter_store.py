@@ -198,7 +198,7 @@ class ParameterStore:
         for change in changed:
             if self.infos[change.name].read_only:
                 text = f"{change.name} is read-only: it stays {shown(change.old)} while the node runs"
-                yield Fault(tuple(change.name.split(".")), text, "change it in the launch file", "read_only")
+                yield Fault(tuple(change.name.split(".")), text, "change it in the launch file", "read-only")
 
 
 def _pace_faults(paces: list[_Pace], parameters: Parameters) -> Iterator[Fault]:

@@ -348,7 +348,7 @@ CHECKS = {
     "semantics/static-not-undeclared-by-none": [refused("int_param", None)],
     "semantics/dynamic-type": [accepted(dynamic="asd"), accepted(dynamic=3), accepted(dynamic=None)],
     "semantics/atomic-all-or-nothing": [none_of_both, accepted(dynamic=None, int_param=4)],
-    "semantics/read-only-undeclare": [refused("read_only", None), refused("read_only", 2)],
+    "semantics/read-only-undeclare": [refused("read-only", None), refused("read-only", 2)],
     "semantics/undeclare-then-has": [accepted(bar=None), lambda store: store.get("bar")],
     "semantics/implicit-undeclare": [accepted(bar=None), lambda store: store.get("int_param")],
     "semantics/callbacks-order": [validated_then_told],

@@ -309,7 +309,7 @@ def _decoded(raw: bytes, file: str, included_from: tuple[Place, ...]) -> str:
     for mark, encoding in _BYTE_ORDER_MARKS.items():
         if raw.startswith(mark):
             message = f"the file is written in {encoding}"
-            raise _refusal("encoding", message, "save it as UTF-8", Place(file, 1, 1), included_from)
+            raise _refusal("not-utf-8", message, "save it as UTF-8", Place(file, 1, 1), included_from)
     raw = raw.removeprefix(b"\xef\xbb\xbf")
     try:
         text = raw.decode()
@@ -317,7 +317,7 @@ def _decoded(raw: bytes, file: str, included_from: tuple[Place, ...]) -> str:
         before = raw[: error.start].decode()
         place = _place_in(before + raw[error.start :].decode(errors="replace"), len(before), file)
         message = f"the byte 0x{raw[error.start]:02x} is not UTF-8"
-        raise _refusal("encoding", message, "save the file as UTF-8", place, included_from) from None
+        raise _refusal("not-utf-8", message, "save the file as UTF-8", place, included_from) from None
     bad = _UNREADABLE.search(text)
     if bad is not None:
         message = f"{_named(bad.group())} is not allowed; is this a text file?"

@@ -18,7 +18,7 @@ from busflow.msgs.geometry_msgs import Point
 
 
 class Detection(Message, package="test"):
-    """Fields that ROS has no words for."""
+    """Fields that no definition file of ROS 2 can state."""
 
     where: Point | None = None
     scores: dict[str, float64] = Field(default_factory=dict)

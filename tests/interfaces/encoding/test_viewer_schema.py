@@ -25,7 +25,7 @@ class Tree(Message, package="test"):
 
 
 class Loose(Message, package="test"):
-    """Every kind of field that ROS has no words for."""
+    """Every kind of field that no definition file of ROS 2 can state."""
 
     at: Point | None = None
     path: tuple[Point | None, ...] = ()

@@ -65,7 +65,7 @@ class ImageReader(Node):
 
 
 class Mood(Message, package="test_outside"):
-    """What ROS has no words for."""
+    """Message with values that no definition file of ROS 2 can state."""
 
     words: Mapping[str, int] = Field(default_factory=dict)
     note: str | None = None

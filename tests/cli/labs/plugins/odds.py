@@ -8,7 +8,7 @@ from busflow.msgs.std_msgs import Float64, Int64, String
 
 
 class Note(Message, package="odd"):
-    """What ROS has no words for."""
+    """Message with values that no definition file of ROS 2 can state."""
 
     text: str
     place: str | None = None

@@ -11,7 +11,7 @@ class Grip(Message, package="talk_msgs"):
 
 
 class Label(Message, package="talk_msgs"):
-    """What ROS has no words for."""
+    """Message with a field that no definition file of ROS 2 can state."""
 
     text: str
     place: str | None = "shelf"
