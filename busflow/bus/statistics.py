@@ -6,12 +6,13 @@ The statistics of subscriptions, servers and clients are accounts, which balance
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any, ClassVar, Self, TypeVar, cast
 
 from busflow.bus.qos import Overflow
 
+T = TypeVar("T")
 A = TypeVar("A", bound="Account")
 
 _STATED = frozenset({"depth"})
@@ -65,6 +66,12 @@ def added(*parts: Iterable[A]) -> tuple[A, ...]:
             before = found.get((key, seen[key]))
             found[key, seen[key]] = each if before is None else before + each
     return tuple(found.values())
+
+
+def from_json(cls: type[T], values: Mapping[str, Any]) -> T:
+    """Return an object of a dataclass from its fields; keys of another version of busflow are left out."""
+    known = {each.name for each in fields(cls)}  # pyright: ignore[reportArgumentType]  # all of them are dataclasses
+    return cls(**{name: value for name, value in values.items() if name in known})
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +130,12 @@ class SubscriptionStatistics(Account):
     """The number of drops per reason: overflow, expired, superseded, unmatched."""
     deadlines_missed: int = 0
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the subscription's line in the entry of its topic."""
+        plain = asdict(self)
+        del plain["topic"], plain["deadlines_missed"]
+        return plain | {"overflow": self.overflow.value}
+
 
 @dataclass(frozen=True, slots=True)
 class PublisherStatistics(Account):
@@ -149,13 +162,13 @@ class TopicStatistics(Account):
     topic: str
     type: str
     published: int
-    subscriptions: tuple[SubscriptionStatistics, ...]
     arrived: int = 0
     """The number of published messages that came from other processes; 0 in the report of a whole run."""
     since_s: float = 0.0
     """The time of its first publisher, in seconds of the run."""
     losses: dict[str, int] = field(default_factory=dict[str, int])
     """Messages published in other processes or threads that did not become a message here, by reason."""
+    subscriptions: tuple[SubscriptionStatistics, ...] = ()
     publishers: tuple[PublisherStatistics, ...] = ()
     """The present publishers; messages of past ones are counted in `published`."""
 
@@ -166,20 +179,30 @@ class TopicStatistics(Account):
 
     def as_json(self) -> dict[str, Any]:
         """Return the topic's entry in a report."""
-        return {
-            "name": self.topic,
-            "type": self.type,
-            "published": self.published,
-            "arrived": self.arrived,
-            "since_s": self.since_s,
-            "losses": self.losses,
-            "subscriptions": [_entry(each) for each in self.subscriptions],
-        }
+        plain = asdict(self)
+        del plain["publishers"]
+        return {"name": plain.pop("topic"), **plain, "subscriptions": [each.as_json() for each in self.subscriptions]}
 
+    @classmethod
+    def from_json(cls, entry: Mapping[str, Any]) -> TopicStatistics:
+        """Return the counts of an entry in a report, as `as_json` makes it."""
+        own = {"topic": entry["name"]}
+        lines = tuple(
+            from_json(SubscriptionStatistics, {**each, **own, "overflow": Overflow(each["overflow"])})
+            for each in entry["subscriptions"]
+        )
+        return from_json(cls, {**entry, **own, "subscriptions": lines})
 
-def _entry(line: SubscriptionStatistics) -> dict[str, Any]:
-    plain = asdict(line) | {"overflow": line.overflow.value}
-    return {key: value for key, value in plain.items() if key not in {"topic", "deadlines_missed"}}
+    @classmethod
+    def of_run(cls, parts: Sequence[TopicStatistics]) -> TopicStatistics:
+        """Return a topic's counts in a run, of its counts in each process: a message is published in one process alone.
+
+        Some published messages are in no report: those of a process just before it was killed, of another machine, or
+        of a program outside of the run. Their count is that of the process that received most of them, a lower bound.
+        """
+        own = (replace(each, published=each.published - each.arrived, arrived=0) for each in parts)
+        (found,) = added(*([each] for each in own))
+        return replace(found, published=max(found.published, *(each.published for each in parts)))
 
 
 @dataclass(frozen=True, slots=True)

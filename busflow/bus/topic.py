@@ -137,10 +137,10 @@ class Topic(DeliverySource, Generic[M]):
             topic=self.name,
             type=type_name(self.type),
             published=self.published + self.earlier,
-            subscriptions=(*present, *gone.values()),
             arrived=self.arrived + self.earlier,
             since_s=max(0, self.since_ns - self.clock.monotonic_ns() + self.clock.elapsed_ns()) / NS_PER_S,
             losses=dict(self.losses),
+            subscriptions=(*present, *gone.values()),
             publishers=tuple(each.statistics() for each in self.publishers),
         )
 

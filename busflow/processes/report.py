@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from busflow.actions.names import SEND_GOAL
 from busflow.actions.statistics import GoalClientStatistics, GoalServerStatistics
 from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
-from busflow.bus.qos import Overflow
 from busflow.bus.statistics import (
     OUTGOING,
     UNMATCHED,
@@ -21,14 +19,13 @@ from busflow.bus.statistics import (
     TimerStatistics,
     TopicStatistics,
     added,
+    from_json,
 )
 from busflow.launchfile.model.placement import MAIN
 from busflow.runner.report import Blocks, NodeReport, ProcessReport, Report
 
 if TYPE_CHECKING:
     from busflow.processes.worker_process import WorkerProcess
-
-T = TypeVar("T")
 
 
 def merged(main: Report, workers: Sequence[WorkerProcess], order: Sequence[str], *, name: str = MAIN) -> Report:
@@ -54,12 +51,15 @@ def merged(main: Report, workers: Sequence[WorkerProcess], order: Sequence[str],
     reports = [each for process in lives for each in process]
     nodes = {name: NodeReport(name, "", "failed") for worker in workers for name in worker.nodes}
     nodes |= {node.name: node for each in reports for node in each.nodes}
+    topics: dict[str, list[TopicStatistics]] = {}
+    for topic in (topic for each in reports for topic in each.topics):
+        topics.setdefault(topic.topic, []).append(topic)
     services, timers = added(*(each.services for each in reports)), added(*(each.timers for each in reports))
     places = {name: number for number, name in enumerate(order)}
     return replace(
         main,
         nodes=tuple(sorted(nodes.values(), key=lambda node: places.get(node.name, len(places)))),
-        topics=tuple(_with_unmatched(topic, lives) for topic in _topics(reports)),
+        topics=tuple(_with_unmatched(TopicStatistics.of_run(topics[name]), lives) for name in sorted(topics)),
         services=tuple(sorted(services, key=lambda service: service.name)),
         timers=tuple(sorted(timers, key=lambda timer: places.get(timer.node, len(places)))),
         inbox_dropped=sum(each.inbox_dropped for each in reports),
@@ -74,13 +74,13 @@ def _read(main: Report, report: Mapping[str, Any], *, ended: bool) -> Report:
     """Read the report of one life of a process. Messages that were queued as it ended are counted as dropped."""
     return replace(
         main,
-        nodes=tuple(_as(NodeReport, each) for each in report["nodes"]),
+        nodes=tuple(from_json(NodeReport, each) for each in report["nodes"]),
         topics=tuple(_topic(each, ended=ended) for each in report["topics"]),
         services=tuple(map(_service, report["services"])),
-        timers=tuple(_as(TimerStatistics, each) for each in report["timers"]),
+        timers=tuple(from_json(TimerStatistics, each) for each in report["timers"]),
         inbox_dropped=report["inbox"]["dropped"],
         inbox_refused=report["inbox"]["refused"],
-        blocks=tuple(_as(Blocks, each) for each in report["blocks"]),
+        blocks=tuple(from_json(Blocks, each) for each in report["blocks"]),
         log_lines_lost=report["log_lines_lost"],
     )
 
@@ -91,40 +91,21 @@ def _service(report: Mapping[str, Any]) -> ServiceStatistics:
     return ServiceStatistics(
         report["name"],
         report["type"],
-        tuple(_as(server, each) for each in report["servers"]),
-        tuple(_as(client, each) for each in report["clients"]),
+        tuple(from_json(server, each) for each in report["servers"]),
+        tuple(from_json(client, each) for each in report["clients"]),
     )
 
 
 def _topic(report: Mapping[str, Any], *, ended: bool) -> TopicStatistics:
-    lines: list[SubscriptionStatistics] = []
-    for each in report["subscriptions"]:
-        line = _as(SubscriptionStatistics, {**each, "topic": report["name"], "overflow": Overflow(each["overflow"])})
-        if ended and line.queued:
-            drops = {**line.drops, "process ended": line.drops.get("process ended", 0) + line.queued}
-            line = replace(line, dropped=line.dropped + line.queued, queued=0, drops=drops)
-        lines.append(line)
-    return _as(TopicStatistics, {**report, "topic": report["name"], "subscriptions": tuple(lines)})
+    topic = TopicStatistics.from_json(report)
+    return replace(topic, subscriptions=tuple(map(_ended, topic.subscriptions))) if ended else topic
 
 
-def _as(cls: type[T], values: Mapping[str, Any]) -> T:
-    known = {field.name for field in fields(cls)}  # pyright: ignore[reportArgumentType]  # all of them are dataclasses
-    return cls(**{name: value for name, value in values.items() if name in known})
-
-
-def _topics(reports: Iterable[Report]) -> Iterator[TopicStatistics]:
-    """Merge topics: count a message as published in its publisher's process, and as received in a subscription's.
-
-    Some published messages are in no report: those of a process just before it was killed, of another machine, or of a
-    program outside of the run. Their count is that of the process that received most of them, which is a lower bound.
-    """
-    received = Counter[str]()
-    own: list[list[TopicStatistics]] = []
-    for each in reports:
-        received |= Counter({topic.topic: topic.published for topic in each.topics})
-        own.append([replace(topic, published=topic.published - topic.arrived, arrived=0) for topic in each.topics])
-    for topic in sorted(added(*own), key=lambda topic: topic.topic):
-        yield replace(topic, published=max(topic.published, received[topic.topic]))
+def _ended(line: SubscriptionStatistics) -> SubscriptionStatistics:
+    if not line.queued:
+        return line
+    drops = {**line.drops, "process ended": line.drops.get("process ended", 0) + line.queued}
+    return replace(line, dropped=line.dropped + line.queued, queued=0, drops=drops)
 
 
 def _with_unmatched(topic: TopicStatistics, lives: Sequence[Sequence[Report]]) -> TopicStatistics:

@@ -1,5 +1,6 @@
 """Tests of `statistics.py`: every object of a running graph reports its counts; reading changes nothing."""
 
+import json
 from collections import Counter
 from dataclasses import FrozenInstanceError, replace
 
@@ -97,13 +98,34 @@ def test_accounts_of_successive_starts_add_up():
 def test_topics_of_two_processes_add_up_end_by_end():
     second, elsewhere = replace(LINE, published=1, delivered=0, dropped=0, queued=1, drops={}), replace(LINE, node="/b")
     sender = PublisherStatistics("/source", "/number", 5, 0, 1, True, 0, 0)
-    here = TopicStatistics("/number", "a/msg/B", 9, (LINE, second), 4, 2.5, {"lost": 1}, (sender,))
-    there = TopicStatistics("/number", "a/msg/B", 3, (second, elsewhere), 1, 1.5, {"lost": 2, "early": 1}, (sender,))
+    here = TopicStatistics("/number", "a/msg/B", 9, 4, 2.5, {"lost": 1}, (LINE, second), (sender,))
+    there = TopicStatistics("/number", "a/msg/B", 3, 1, 1.5, {"lost": 2, "early": 1}, (second, elsewhere), (sender,))
     (found,) = added([here], [there])
     assert found.name == "/number"
     assert (found.published, found.arrived, found.since_s, found.losses) == (12, 5, 1.5, {"lost": 3, "early": 1})
     assert found.subscriptions == (LINE + second, second, elsewhere)
     assert found.publishers == (PublisherStatistics("/source", "/number", 10, 0, 2, True, 0, 0),)
+
+
+def test_topic_of_a_run_counts_a_message_once():
+    here, there = TopicStatistics("/number", "a/msg/B", 5), TopicStatistics("/number", "a/msg/B", 5, arrived=5)
+    assert TopicStatistics.of_run([here, there]) == here
+    more = replace(there, published=6, arrived=6)  # one of the six came from outside the run
+    assert TopicStatistics.of_run([here, more]) == replace(here, published=6)
+
+
+def test_entry_of_a_report_has_all_that_adds_up():
+    topic = TopicStatistics("/number", "a/msg/B", 9, 4, 2.5, {"lost": 1}, (replace(LINE, deadlines_missed=0),))
+    entry = json.loads(json.dumps(topic.as_json()))
+    assert list(entry) == ["name", "type", "published", "arrived", "since_s", "losses", "subscriptions"]
+    assert entry["subscriptions"][0]["overflow"] == "drop_oldest"
+    assert TopicStatistics.from_json(entry | {"a key of later versions": 1}) == topic
+    do = ServiceStatistics("/do", "a/srv/Do", (), (ClientStatistics("/c", "/do", 4, 1, 1, 1, 1, 1, {}),))
+    assert (do.name, list(do.as_json()), do.as_json()["clients"][0]["called"]) == (
+        "/do",
+        ["name", "type", "servers", "clients"],
+        4,
+    )
 
 
 def test_services_and_timers_of_two_processes_add_up_by_name():

@@ -41,20 +41,22 @@ CASES: dict[str, dict[str, Any]] = {
             ProcessReport("left", 2, ("/b",), 2, "running", ("it ended so", "the process left was ended by SIGKILL")),
             ProcessReport("right", None, ("/c",), 0, "failed", ("the process right ended with exit code 1",)),
         ),
-        "topics": (
-            TopicStatistics("/t", "a/msg/B", 9, (), losses={"lost": 3, "malformed": 0, "refused": 1, "early": 1}),
-        ),
+        "topics": (TopicStatistics("/t", "a/msg/B", 9, losses={"lost": 3, "malformed": 0, "refused": 1, "early": 1}),),
     },
     "messages published beside a subscription": {
-        "topics": (TopicStatistics("/t", "a/msg/B", 9, (LINE, replace(LINE, node="/there", published=9, delivered=9))),)
+        "topics": (
+            TopicStatistics(
+                "/t", "a/msg/B", 9, subscriptions=(LINE, replace(LINE, node="/there", published=9, delivered=9))
+            ),
+        )
     },
     "losses of the inbox": {
-        "topics": (TopicStatistics("/t", "a/msg/B", 9, (), losses={"inbox_dropped": 3, "inbox_refused": 1}),),
+        "topics": (TopicStatistics("/t", "a/msg/B", 9, losses={"inbox_dropped": 3, "inbox_refused": 1}),),
         "inbox_dropped": 3,
         "inbox_refused": 1,
     },
     "a rate since the first publisher": {
-        "topics": (TopicStatistics("/a", "a/msg/B", 200, ()), TopicStatistics("/late", "a/msg/B", 50, (), since_s=7.5))
+        "topics": (TopicStatistics("/a", "a/msg/B", 200), TopicStatistics("/late", "a/msg/B", 50, since_s=7.5))
     },
     "calls that failed in every way": {"services": (service("/n/slow", SERVER, CLIENT), service("/n/fine", FINE))},
     "calls, and a service that was not called": {"services": (service("/n/fine", FINE), service("/n/idle", IDLE))},
