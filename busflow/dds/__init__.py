@@ -1,7 +1,7 @@
 """A bridge between a run and the nodes of ROS 2 in a DDS domain. Runs no node, and encodes no message.
 
-The bridge is a process beside the run (`process`): `busflow dds`, or started with the run (`extension`), and started
-again when it fails. A fault of the DDS library, in C, ends the bridge and not the run.
+The bridge is a process beside the run (`process`): `busflow dds`, or a program of the run (`extension`), which starts
+it again when it fails. A fault of the DDS library, in C, ends the bridge and not the run.
 
 - `bridge` joins the run as a process with a socket, and the domain as one participant (`participant`). It looks at both
   sides whenever one of them changes: `topics` and `services` then open what is needed and close the rest.
@@ -33,6 +33,6 @@ def attach_bridge(run: Run) -> None:
         LaunchError: the environment names no valid domain.
     """
     if run.ros2 is not None:
-        from busflow.dds.extension import BridgeProcess
+        from busflow.dds.extension import Bridge
 
-        run.graph.attach(BridgeProcess(run.graph, run.ros2))
+        run.graph.attach(Bridge(run.graph, run.ros2))

@@ -1,4 +1,4 @@
-"""BridgeProcess: the process of a bridge to DDS, which lives as long as a run and is started again when it fails."""
+"""Bridge: the program `busflow dds` of a run, which lives as long as the run and is started again when it fails."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ import asyncio
 import os
 from collections.abc import AsyncGenerator, Mapping
 from contextlib import asynccontextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
 from busflow.dds.process import NODE, require_cyclonedds
 from busflow.errors import ExitCode
-from busflow.launchfile.model.supervision import RestartPolicy
-from busflow.node.supervision import Backoff
-from busflow.processes.child import Child, busflow_command, busflow_environment
+from busflow.launchfile.model.description import ProgramSpec
+from busflow.launchfile.model.supervision import RestartPolicy, Supervision
+from busflow.launchfile.yaml.value import Origin, StatedBy
+from busflow.processes.child import busflow_command, busflow_environment
 from busflow.processes.pipe import record_of
+from busflow.programs.program import Program
 from busflow.runner.extension import Extension
+from busflow.runner.supervisor import outlast
 from busflow.text import printable
 from busflow.wire.zenoh.run_directory import runs
 
@@ -23,10 +27,11 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.ros2 import Ros2Spec
     from busflow.runner.graph import Graph
 
-_LIFE = RestartPolicy(when="on-failure")
+_ORIGIN = Origin(StatedBy.CALLER)
+_LIFE = Supervision(RestartPolicy("on-failure"))
 
 
-class BridgeProcess(Extension):
+class Bridge(Extension):
     """The bridge of a run; attach it after what lets other terminals find the run."""
 
     def __init__(self, graph: Graph, spec: Ros2Spec) -> None:
@@ -39,8 +44,6 @@ class BridgeProcess(Extension):
         self._arguments = ["dds", "--domain", str(spec.domain_in(os.environ))]
         self._arguments += [f"--topics={each}" for each in spec.topics]
         self._arguments += [] if spec.interface is None else [f"--interface={spec.interface}"]
-        self._child: Child | None = None
-        self._ending = False
 
     def begin(self) -> None:
         """Check that DDS can be spoken here.
@@ -50,58 +53,45 @@ class BridgeProcess(Extension):
         """
         require_cyclonedds()
 
+    @asynccontextmanager
+    async def surround(self) -> AsyncGenerator[None]:
+        """Keep the bridge's program alive as long as the graph runs."""
+        own = next((each for each in runs() if each.card.pid == os.getpid()), None)
+        if own is None:
+            self._log.error("there is no bridge to DDS: other terminals cannot join this run")
+            yield
+            return
+        command = tuple(busflow_command([*self._arguments, "--run", own.name]))
+        grace_s = timeouts.current.bridge_end / 2  # after SIGINT, and again after SIGTERM
+        spec = ProgramSpec(NODE, _ORIGIN, command, _ORIGIN, Path.cwd(), _ORIGIN, grace_s=grace_s, supervision=_LIFE)
+        program = BridgeProgram(self._graph, spec, busflow_environment(os.environ))
+        living = asyncio.get_running_loop().create_task(program.live(), name="busflow.dds")
+        try:
+            yield
+        finally:
+            program.ask_to_stop()
+            await outlast(living)
+
+
+class BridgeProgram(Program):
+    """The program of a bridge. No report lists it, it writes to the run's log, and its failure ends no run."""
+
+    has_pipe = True
+
+    def _fail(self, failure: str) -> None:
+        self._log.error(f"there is no bridge to DDS any more: {failure}")
+
+    def _next_pause_s(self, *, failed: bool, mendable: bool = True) -> float | None:
+        return super()._next_pause_s(failed=failed, mendable=mendable and self._end.get("code") != ExitCode.USAGE)
+
     def on_message(self, message: Mapping[str, Any]) -> None:
-        """Pass on a line of the bridge's log; called in the thread that reads it."""
+        """Pass on a line of the bridge's log, or handle a message of the keeper."""
+        if "log" not in message:
+            super().on_message(message)
+            return
         with suppress(ValueError):
-            self._graph.log.pass_on(record_of(message.get("log"), ""))
+            self._graph.log.pass_on(record_of(message["log"], ""))
 
     def on_print(self, line: str, *, error: bool) -> None:  # noqa: ARG002  # the signature of a `ChildSink`
         """Pass on what the process prints, which is what Python or Cyclone says of a mistake."""
         self._log.warning(printable(line, limit=400))
-
-    @asynccontextmanager
-    async def surround(self) -> AsyncGenerator[None]:
-        """Keep the bridge's process alive as long as the graph runs."""
-        living = asyncio.get_running_loop().create_task(self._live(), name="busflow.dds")
-        living.add_done_callback(self._on_end)
-        try:
-            yield
-        finally:
-            self._ending = True
-            if self._child is not None:
-                self._child.terminate()
-            _, late = await asyncio.wait([living], timeout=timeouts.current.bridge_end)
-            for task in late:
-                if self._child is not None:
-                    self._child.kill()
-                task.cancel()
-
-    def _on_end(self, task: asyncio.Task[None]) -> None:
-        if not task.cancelled() and (error := task.exception()) is not None:
-            self._log.error(f"there is no bridge to DDS: {type(error).__name__}: {error}")
-
-    async def _live(self) -> None:
-        """Start the process, and start it again when it fails."""
-        backoff, clock = Backoff(_LIFE), self._graph.clock
-        own = next((each for each in runs() if each.card.pid == os.getpid()), None)
-        if own is None:
-            self._log.error("there is no bridge to DDS: other terminals cannot join this run")
-            return
-        while not self._ending:
-            since_s = clock.seconds()
-            command = busflow_command([*self._arguments, "--run", own.name])
-            try:
-                self._child = Child(command, busflow_environment(os.environ), lambda: b"\n", self)
-            except OSError as error:
-                self._log.error(f"there is no bridge to DDS: its process cannot be started: {error}")
-                return
-            code = await self._child.ended()
-            self._child = None
-            if self._ending or code == ExitCode.OK:
-                return
-            pause_s = backoff.next_s(lived_s=clock.seconds() - since_s, now_s=clock.seconds())
-            if pause_s is None or code == ExitCode.USAGE:
-                self._log.error(f"there is no bridge to DDS any more: it ended with exit code {code}")
-                return
-            self._log.error(f"the bridge to DDS ended with exit code {code}; it opens again in {pause_s:g} s")
-            await clock.sleep(pause_s)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
-import threading
 from collections.abc import Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -18,7 +16,6 @@ from busflow.processes.pipe import PipeWriter
 from busflow.wire.zenoh.session import require_zenoh
 
 if TYPE_CHECKING:
-    from busflow.dds.bridge import DdsBridge
     from busflow.wire.zenoh.run_directory import FoundRun
 
 NODE = "dds"
@@ -46,8 +43,7 @@ def serve(
         domain: the domain's number.
         patterns: the topics, services and actions that cross; all that are not hidden without one.
         interface: the network interface; None for the loopback interface.
-        pipe: where to write the log, for the process that has started this one and holds its standard input open; None
-            for standard error.
+        pipe: where to write the log, for the run that has started this process; None for standard error.
 
     Raises:
         InspectionUnavailable: the run does not answer, or DDS cannot be spoken here.
@@ -65,8 +61,6 @@ def serve(
     try:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda _number, _frame: bridge.stop())
-        if pipe is not None:
-            threading.Thread(target=_stop_with_parent, args=(bridge,), name="busflow.dds.parent", daemon=True).start()
         where = "on this machine" if interface is None else f"on {interface}"
         log.info("the run and DDS see each other", domain=domain, where=where)
         bridge.serve()
@@ -75,10 +69,3 @@ def serve(
         log.info("the bridge to DDS is closed", carried=str(bridge.carried))
         if writer is not None:
             writer.close()
-
-
-def _stop_with_parent(bridge: DdsBridge) -> None:
-    """Stop the bridge at the end of standard input, which shows the end of the process that has started this one."""
-    while os.read(sys.stdin.fileno(), 1024):
-        pass
-    bridge.stop()

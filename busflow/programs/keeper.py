@@ -1,8 +1,9 @@
 """Keeper: a small process between a run and a program that it started; it leaves no process of the program behind.
 
 The run starts it as a script, so it imports the standard library alone. It reads one line of JSON on standard input:
-the command, its folder and its grace. The program gets the keeper's standard output and error; the keeper reports on
-another pipe, in lines of JSON: the program's number, its end, or why it cannot be started.
+the command, its folder, its grace, and whether the command gets the number of the keeper's pipe. The program gets the
+keeper's standard output and error; the keeper reports on the pipe, in lines of JSON: the program's number, its end, or
+why it cannot be started.
 
 More input, or its end because the run has died, stops the program: SIGINT to its process group, after the grace
 SIGTERM, after the grace again SIGKILL. What a program leaves behind when it ends by itself is stopped the same way. On
@@ -74,12 +75,14 @@ class Keeper:
         self._handle_signals()
         if self._linux is not None:
             self._linux.prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+        pipes = [self._report] if order.get("pipe") else []
         try:
             program = subprocess.Popen(  # noqa: S603  # the command of a launch file, which no shell reads
-                order["command"],
+                [*order["command"], *map(str, pipes)],
                 cwd=order["cwd"],
                 stdin=subprocess.DEVNULL,
                 start_new_session=True,  # else a password prompt on the run's terminal would stop it for ever
+                pass_fds=pipes,
                 preexec_fn=self._die_with_keeper,  # noqa: PLW1509  # this process has one thread
             )
         except (OSError, ValueError) as error:

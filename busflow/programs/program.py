@@ -9,12 +9,12 @@ import signal
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.launchfile.model.supervision import Condition
+from busflow.errors import ProgramFailed
+from busflow.launchfile.model.supervision import Condition, OnExit
 from busflow.processes.child import Child
 from busflow.programs import keeper
 from busflow.programs.output import Output
@@ -24,7 +24,7 @@ from busflow.runner.signals import signal_name
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import ProgramSpec
-    from busflow.log import Logger
+    from busflow.runner.graph import Graph
 
 _KEEPER = str(Path(keeper.__file__))
 
@@ -43,30 +43,22 @@ class ProgramState(StrEnum):
     FAILED = "failed"
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramOwner:
-    """Callbacks of the run, notified of what happens to a program."""
-
-    on_failure: Callable[[str], None]
-    """It has failed and is not restarted; the text is not in the log yet."""
-    on_exit: Callable[[], None]
-    """It has ended without a failure, and is not restarted."""
-    seconds: Callable[[], float]
-    """Returns the run's time."""
-
-
 class Program(Restarting):
     """A program and its lives: a life is one start of it, until nothing of it is left."""
 
-    def __init__(self, spec: ProgramSpec, environment: Mapping[str, str], owner: ProgramOwner, log: Logger) -> None:
+    has_pipe = False
+    """Whether its command gets the number of a pipe as another argument, for records of the log."""
+
+    def __init__(self, graph: Graph, spec: ProgramSpec, environment: Mapping[str, str]) -> None:
         """Prepare the program; `live` starts it."""
-        super().__init__(spec.name, spec.supervision.restart, owner.seconds, log)
+        log = graph.log.bind(spec.name)
+        super().__init__(spec.name, spec.supervision.restart, graph.clock.seconds, log)
         self.spec = spec
         self.state: ProgramState = ProgramState.WAITING
         self.pid: int | None = None
         """Number of its process; None if none runs."""
         self.output: Output = Output(log, spec.ready, lambda: self._call(self._meet, Condition.READY))
-        self._environment, self._owner = environment, owner
+        self._graph, self._environment = graph, environment
         self._child: Child | None = None
         self._end: Mapping[str, Any] = {}
         """The end that the keeper reported: `code`, `killed`; or that it `failed` to start the program."""
@@ -95,9 +87,16 @@ class Program(Restarting):
         self.state = ProgramState.FAILED if self._failure else ProgramState.ENDED
         super()._finish()
         if self._failure:
-            self._owner.on_failure(self._failure)
+            self._fail(self._failure)
+        elif not self._stopping.is_set() and self.spec.supervision.on_exit is OnExit.SHUTDOWN:
+            self._graph.ask_to_stop()
         elif not self._stopping.is_set():
-            self._owner.on_exit()
+            self._graph.end_if_finished()
+
+    def _fail(self, failure: str) -> None:
+        """End the run with a failure that no restart follows."""
+        self._graph.log.bind(self.name, to_all=not self._graph.prints_failures).error(failure)
+        self._graph.give_up(ProgramFailed(failure))
 
     def ask_to_stop(self) -> None:
         """Ask the program to end, without a restart."""
@@ -153,7 +152,7 @@ class Program(Restarting):
 
     def _order(self) -> bytes:
         spec = self.spec
-        order = {"command": spec.command, "cwd": str(spec.cwd), "grace_s": spec.grace_s}
+        order = {"command": spec.command, "cwd": str(spec.cwd), "grace_s": spec.grace_s, "pipe": self.has_pipe}
         return json.dumps(order).encode() + b"\n"
 
     def _kill_leftover(self) -> None:

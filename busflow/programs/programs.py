@@ -11,9 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
-from busflow.errors import ProgramFailed
-from busflow.launchfile.model.supervision import OnExit
-from busflow.programs.program import Program, ProgramOwner, ProgramState
+from busflow.programs.program import Program, ProgramState
 from busflow.runner.extension import Extension
 
 if TYPE_CHECKING:
@@ -31,26 +29,9 @@ class Programs(Extension):
         stated = {name: value for each in graph.descriptions for name, value in each.environment.items()}
         # Python programs hold back what they print into a pipe, unless they are asked not to.
         around = {"PYTHONUNBUFFERED": "1", **os.environ, **stated}
-        self.programs: list[Program] = [
-            Program(spec, {**around, **spec.env}, self._owner_of(spec), graph.log.bind(spec.name)) for spec in specs
-        ]
+        self.programs: list[Program] = [Program(graph, spec, {**around, **spec.env}) for spec in specs]
         self._by_name = {program.name: program for program in self.programs}
         self.end_s: float = max((self._longest_end_s(program) for program in self.programs), default=0.0)
-
-    def _owner_of(self, spec: ProgramSpec) -> ProgramOwner:
-        graph = self._graph
-
-        def fail(failure: str) -> None:
-            graph.log.bind(spec.name, to_all=not graph.prints_failures).error(failure)
-            graph.give_up(ProgramFailed(failure))
-
-        def leave() -> None:
-            if spec.supervision.on_exit is OnExit.SHUTDOWN:
-                graph.ask_to_stop()
-            else:
-                graph.end_if_finished()
-
-        return ProgramOwner(fail, leave, graph.clock.seconds)
 
     def _longest_end_s(self, program: Program) -> float:
         """Return how long it may take until a program has ended: those that depend on it end first."""

@@ -7,16 +7,17 @@ from pathlib import Path
 
 import pytest
 
+from busflow.programs.keeper import descendants
 from tests.dds.conftest import ROBOT
 
 RUN = f"""{ROBOT}
 import asyncio, signal, sys
-from busflow.dds.extension import BridgeProcess
+from busflow.dds.extension import Bridge
 from busflow.launchfile.model.ros2 import Ros2Spec
 
 async def main():
     graph = busflow.launch(Driver, inspect="robot")
-    graph.attach(BridgeProcess(graph, Ros2Spec(int(sys.argv[1]), topics=("/speed",))))
+    graph.attach(Bridge(graph, Ros2Spec(int(sys.argv[1]), topics=("/speed",))))
     interrupted = asyncio.Event()
     asyncio.get_running_loop().add_signal_handler(signal.SIGINT, interrupted.set)
     async with graph:
@@ -28,8 +29,9 @@ asyncio.run(main())
 
 def bridge_of(process):
     """The process number of a run's bridge."""
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    found = [int(pid) for pid in children if b"dds" in Path(f"/proc/{pid}/cmdline").read_bytes().split(bytes(1))]
+    found = [
+        pid for pid in descendants(process.pid) if b"dds" in Path(f"/proc/{pid}/cmdline").read_bytes().split(bytes(1))
+    ]
     assert len(found) == 1
     return found[0]
 
@@ -57,7 +59,7 @@ def test_run_shows_only_what_may_cross(attached):
 def test_bridge_that_is_killed_opens_again(attached):
     stage, peer = attached
     os.kill(bridge_of(stage.robot.process), signal.SIGKILL)
-    stage.robot.wait_for("the bridge to DDS ended with exit code -9")
+    stage.robot.wait_for("the program dds was ended by SIGKILL")
     after = peer.mark()
     peer.said(found="writer", topic="rt/speed", after=after)
     peer.said(got="rt/speed", value=1.5, after=peer.mark())
