@@ -35,6 +35,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -269,11 +270,11 @@ def schedule(seed: int) -> Iterator[Fault]:
         yield chance.uniform(0.2, 1.5), chance.choice(VICTIMS), fault, chance.uniform(0.1, STOPPED_S)
 
 
-def attack(run: Run, outcome: Outcome, seconds: float) -> None:
-    """Hit processes at random for a time; what is stopped goes on in the end."""
+def attack(run: Run, outcome: Outcome, seconds: float, most: int | None) -> None:
+    """Hit processes at random for a time, and no more than so many times; what is stopped goes on in the end."""
     digest = hashlib.sha256()
     end = time.perf_counter() + seconds
-    for pause_s, process, fault, stopped_s in schedule(outcome.seed):
+    for pause_s, process, fault, stopped_s in islice(schedule(outcome.seed), most):
         if time.perf_counter() > end:
             break
         time.sleep(pause_s)
@@ -434,8 +435,8 @@ def judge_restarts(run: Run, outcome: Outcome, slowness: float) -> None:
             outcome.broken.append(f"I9: {name} started anew more than {MOST} times within {WINDOW_S:g} s")
 
 
-def chaos(seconds: float, seed: int, *, slowness: float = 1.0) -> Outcome:
-    """Attack a run for so long, and say what it came to; all that is about time may take `slowness` times as long."""
+def chaos(seconds: float, seed: int, *, most: int | None = None, slowness: float = 1.0) -> Outcome:
+    """Attack a run for so long, with `most` faults, and return the outcome; `slowness` multiplies all its limits."""
     outcome, allowed_s = Outcome(seed), RECOVERY_S * slowness
     with started(slowness) as (run, folder):
         if all_answer(PATIENCE_S) is None:
@@ -443,7 +444,7 @@ def chaos(seconds: float, seed: int, *, slowness: float = 1.0) -> Outcome:
             return outcome
         before = run.resources()
         meddler = Meddler(outcome)
-        attack(run, outcome, seconds)
+        attack(run, outcome, seconds, most)
         meddler.end()
         recovery_s = all_answer(PATIENCE_S)
         if recovery_s is None or recovery_s > allowed_s:
