@@ -39,6 +39,7 @@ nodes:
   source: {plugin: source, process: far, parameters: {rate_hz: 100.0}}
   sink: {plugin: sink, parameters: {enough: 60}}
 """
+CHOSEN = ("--record", "rec", "--record-topics", "numbers", "--record-topics", "/nomber*")
 
 
 def payloads(bag, topic):
@@ -214,8 +215,8 @@ def test_killed_process_leaves_incomplete_file_restart_another(start, capsys):
 
 
 @pytest.mark.long
-def test_killed_main_process_leaves_readable_files(start, have_ended):
-    run = start(COUNTED, "-v", "--record", "rec")
+def test_killed_main_leaves_files_of_the_chosen_topics(start, have_ended):
+    run = start(COUNTED, "-v", *CHOSEN)
     run.wait_for("received enough")
     pids = list(run.pids().values())
     run.process.send_signal(signal.SIGKILL)
@@ -226,6 +227,7 @@ def test_killed_main_process_leaves_readable_files(start, have_ended):
         assert numbers == list(range(1, len(numbers) + 1))
         assert "metadata.yaml" in bag.incomplete[0]
         assert [list(each.incomplete()) == [] for each in bag.series] == [True, False]
+        assert {each.topic for each in bag.channels if each.count} == {"/numbers", "/parameter_events", "/_ticks"}
 
 
 @pytest.mark.long
@@ -240,7 +242,7 @@ def test_on_drop_fail_ends_run_when_process_dies(start):
 @pytest.mark.long
 def test_file_not_yet_on_disk_is_incomplete(start):
     text = f"{COUNTED}  tardy: {{plugin: tardy}}\n"
-    run = start(text, "--record", "rec")
+    run = start(text, *CHOSEN)
     run.wait_for("received enough")
     assert run.end() == 130
     why = "its end could not be written in time"
@@ -250,6 +252,8 @@ def test_file_not_yet_on_disk_is_incomplete(start):
         each["level"] for each in run.log() if each["event"].startswith("the recording rec is incomplete: main.mcap")
     ]
     assert ends == ["warning"]
+    assert sum("/nomber*" in line for line in run.lines) == 1, "one process says that nothing matches"
+    assert not [line for line in run.lines if "no topic numbers" in line]
 
 
 def test_a_directory_that_is_there_is_left_alone(start, project):
@@ -257,17 +261,6 @@ def test_a_directory_that_is_there_is_left_alone(start, project):
     run = start(COUNTED, "--record", "there.mcap")
     assert run.end(None) == 2
     assert run.lines[-1].startswith("error: there ")
-
-
-@pytest.mark.long
-def test_patterns_reach_all_processes_unmatched_is_logged_once(start):
-    run = start(COUNTED, "--record", "rec", "--record-topics", "numbers", "--record-topics", "/nomber*")
-    run.wait_for("received enough")
-    run.end()
-    assert sum("/nomber*" in line for line in run.lines) == 1
-    assert not [line for line in run.lines if "no topic numbers" in line]
-    with Bag(run.folder / "rec") as bag:
-        assert {each.topic for each in bag.channels if each.count} == {"/numbers", "/parameter_events", "/_ticks"}
 
 
 FROM_OUTSIDE = """

@@ -33,16 +33,19 @@ def files(folder):
 
 
 @pytest.mark.long
-def test_all_processes_write_what_is_asked_for(start, monkeypatch, capsys):
-    run = run_of(start)
+def test_processes_write_asked_snapshots_and_moments_of_a_death(start, monkeypatch, capsys):
+    run = run_of(start, restart="on-failure")
     run.wait_for("received enough")
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
     reports = []
     for reason in ("one", "two"):
         assert main(["bag", "snapshot", "--run", "shot", "--reason", reason, "--json"]) == 0
         reports.append(json.loads(capsys.readouterr().out))
+    run.kill("far")
+    run.wait_for("rec-003 is incomplete")
     assert run.end() == 130
-    assert run.report()["snapshots"] == [{name: each[name] for name in each if name != "version"} for each in reports]
+    *asked, killed = run.report()["snapshots"]
+    assert asked == [{name: each[name] for name in each if name != "version"} for each in reports]
     for number, report in enumerate(reports, 1):
         folder = run.folder / f"rec-00{number}"
         assert report["path"] == str(folder)
@@ -58,6 +61,10 @@ def test_all_processes_write_what_is_asked_for(start, monkeypatch, capsys):
             assert bag.messages == report["recorded"]
             assert numbers(bag) == list(range(1, len(numbers(bag)) + 1))
             assert len(numbers(bag)) >= 60
+    assert "SIGKILL" in killed["reason"]
+    assert killed["why"].endswith(" far")
+    with Bag(run.folder / "rec-003") as bag:
+        assert [each.facts.process for each in bag.series] == ["main"], "the moments of the others"
 
 
 @pytest.mark.long
@@ -71,20 +78,6 @@ def test_a_failure_anywhere_has_files_of_all(start):
         assert files(bag.path) == ["far.mcap", "main.mcap", "metadata.yaml"]
         assert bag.complete
         assert numbers(bag) == list(range(1, 100))
-
-
-@pytest.mark.long
-def test_a_killed_process_leaves_the_others_moments(start):
-    run = run_of(start, restart="on-failure")
-    run.wait_for("received enough")
-    run.kill("far")
-    run.wait_for("rec-001 is incomplete")
-    assert run.end() == 130
-    (report,) = run.report()["snapshots"]
-    assert "SIGKILL" in report["reason"]
-    assert report["why"].endswith(" far")
-    with Bag(run.folder / "rec-001") as bag:
-        assert [each.facts.process for each in bag.series] == ["main"]
 
 
 @pytest.mark.long

@@ -27,8 +27,8 @@ def process_of(run, name):
 
 
 @pytest.mark.long
-def test_continued_main_process_does_not_kill_workers(start):
-    run = start(FROM_MAIN, "-v")
+def test_continued_main_kills_only_stopped_workers(start, have_ended):
+    run = start(FROM_MAIN, "-v", grace="750ms")
     os.mkfifo(run.folder / "gone")
     pipe = os.open(run.folder / "gone", os.O_RDONLY | os.O_NONBLOCK)
     run.wait_for("received enough")
@@ -40,9 +40,21 @@ def test_continued_main_process_does_not_kill_workers(start):
         run.process.send_signal(signal.SIGCONT)
         os.close(pipe)
     run.wait_for("received enough", times=2)
-    assert run.end() == 130
     assert not [line for line in run.lines if "hangs" in line or "restarts in" in line]
+    stopped_process_is_killed_at_the_end(run, have_ended)
     assert [each["restarts"] for each in run.report()["processes"]] == [0, 0, 0]
+
+
+def stopped_process_is_killed_at_the_end(run, have_ended):
+    pids = [*run.pids().values()]
+    run.kill("left", signal.SIGSTOP)
+    assert run.end() == 130
+    assert have_ended(pids, 0)
+    left = process_of(run, "left")
+    (fate,) = left["fates"]
+    assert (left["state"], "SIGKILL" in fate) == ("failed", True)
+    assert [each["level"] for each in run.log() if each["event"] == fate] == ["error"]
+    assert f"error: {fate}\n" in run.lines
 
 
 @pytest.mark.long
@@ -54,21 +66,6 @@ def test_last_process_ends_after_the_others_die(start, have_ended):
     run.process.send_signal(signal.SIGKILL)
     assert run.end(None) == -9
     assert have_ended([*pids.values()], PATIENCE_S)
-
-
-@pytest.mark.long
-def test_stopped_process_is_killed_at_the_end(start, have_ended):
-    run = start(FROM_MAIN, "-v", grace="750ms")
-    run.wait_for("received enough")
-    pids = [*run.pids().values()]
-    run.kill("left", signal.SIGSTOP)
-    assert run.end() == 130
-    assert have_ended(pids, 0)
-    left = process_of(run, "left")
-    (fate,) = left["fates"]
-    assert (left["state"], "SIGKILL" in fate) == ("failed", True)
-    assert [each["level"] for each in run.log() if each["event"] == fate] == ["error"]
-    assert f"error: {fate}\n" in run.lines
 
 
 @pytest.mark.long
