@@ -23,14 +23,9 @@ from busflow.errors import (
 PLACE = Place("lab.yaml", 3, 5, 4, "    rate: x")
 
 
-def test_problem_shows_place_line_caret_and_fix():
+def test_problem_shows_place_line_caret_and_fix(golden):
     problem = Problem("unknown-key", "unknown key rate", "did you mean 'rate_hz'?", PLACE)
-    assert problem.render().splitlines() == [
-        "lab.yaml:3:5: error: unknown key rate",
-        "      rate: x",
-        "      ^^^^",
-        "  fix: did you mean 'rate_hz'?",
-    ]
+    golden(problem.render())
 
 
 def test_known_words_are_shown_without_fix():

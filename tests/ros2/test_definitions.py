@@ -66,16 +66,7 @@ async def test_two_definitions_are_shown_as_a_diff(capsys: pytest.CaptureFixture
             problems, fields = await asyncio.to_thread(ask, "differ")
             (problem,) = problems
             assert problem.code == "definitions-differ"
-            golden(problem.message)
-            assert problem.details == (
-                "--- /robot",
-                "+++ /ros",
-                "@@ -1,2 +1,3 @@",
-                "-float64 value",
-                "+float32 value",
-                " string unit",
-                "+int64 quality",
-            )
+            golden("\n".join([problem.message, *problem.details]))
             assert "\n  -float64 value\n  +float32 value\n" in problem.render()
             assert "+int64 quality" in problem.as_json()["details"]
             assert fields == ["value", "unit", "quality"], "a type that only ROS 2 knows can be read"

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from busflow.cli.terminal.yaml_text import yaml_lines, yaml_text
 from busflow.text import UNSAFE
+from tests.golden import Golden
 
 WORDS = """yes no On ~ null 1e3 0o7 0x1 1:30 2001-01-01 --- ... a:b a#b 'x' - ?a :a a: .5 .inf = << 010 1_0 Y y 1."""
 TEXTS = st.text() | st.text("abc:#-, ?'\"[]{}.~=<>09_e+yN \t\n\x1b%@`&*!|\\") | st.sampled_from(WORDS.split())
@@ -38,25 +39,10 @@ def test_nothing_that_could_steer_a_terminal_is_written(text: str):
     assert not UNSAFE.search(line)
 
 
-def test_lists_stand_as_in_ros2():
+def test_lists_stand_as_in_ros2(golden: Golden):
     value = {"points": [{"x": 1.0, "y": [1, 2]}, {}], "none": [], "nested": [[1], [[2]]]}
-    assert list(yaml_lines(value)) == [
-        "points:",
-        "- x: 1.0",
-        "  y:",
-        "  - 1",
-        "  - 2",
-        "- {}",
-        "none: []",
-        "nested:",
-        "- - 1",
-        "- - - 2",
-    ]
-    assert list(yaml_lines(value, flow=True)) == [
-        "points: [{x: 1.0, y: [1, 2]}, {}]",
-        "none: []",
-        "nested: [[1], [[2]]]",
-    ]
+    golden("\n".join(yaml_lines(value)))
+    golden("\n".join(yaml_lines(value, flow=True)), "flow")
 
 
 @pytest.mark.parametrize(("number", "text"), [(1e20, "1.0e+20"), (float("-inf"), "-.inf"), (-0.0, "-0.0"), (3, "3")])

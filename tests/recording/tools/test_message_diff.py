@@ -59,15 +59,10 @@ def test_times_have_a_tolerance_of_their_own():
     assert told(left, right, tolerance=100.0) != []
 
 
-def test_arrays_show_their_first_differences():
+def test_arrays_show_their_first_differences(golden):
     left, right = np.arange(100.0), np.arange(100.0)
     right[[5, 7, 9, 11]] += 1
-    assert told({"data": memoryview(left)}, {"data": memoryview(right)}) == [
-        "data[5]: 5.0 -> 6.0",
-        "data[7]: 7.0 -> 8.0",
-        "data[9]: 9.0 -> 10.0",
-        "data: 4 of 100 values -> others",
-    ]
+    golden("\n".join(told({"data": memoryview(left)}, {"data": memoryview(right)})))
     assert told({"data": left}, {"data": right}, tolerance=1.0) == []
     assert told({"data": left}, {"data": left[:3]}) == ["data: 100 x float64 -> 3 x float64"]
     assert told({"data": np.array([math.nan, math.inf])}, {"data": np.array([math.nan, math.inf])}) == []
