@@ -66,6 +66,10 @@ class InvalidDeclaration(BusflowError, TypeError):
     """A node or message class declares something that cannot work; raised when the class is created."""
 
 
+InvalidQoS = InvalidDeclaration
+"""A name of 0.1.0, which is gone in 0.2: a wrong profile is a wrong declaration."""
+
+
 @dataclass(frozen=True, slots=True)
 class Fault:
     """One invalid value: its path, the reason, and a fix."""

@@ -1,8 +1,9 @@
 """Projects that were written for a released version work with this core: launch files, plugins, examples, commands.
 
-`tests/cases/releases/0.1.0` has the launch files, plugins and examples of that version as they were, and the wheels of
-`busflow-ui` and `busflow-assistant`. The tests of its examples are collected where they lie. `ui/tests/page_server` and
-`assistant/tests` have a `test_upgrade.py` too, which starts the old distribution beside a run of this core.
+`tests/cases/releases/0.1.0` has the launch files, plugins and examples of that version as they were, the names of its
+public modules, and the wheels of `busflow-ui` and `busflow-assistant`. The tests of its examples are collected where
+they lie. `ui/tests/page_server` and `assistant/tests` have a `test_upgrade.py` too, which starts the old distribution
+beside a run of this core.
 `.ci/released` compares the types that all of them use. Recordings are in `test_compatibility.py`.
 
 Keep all of it as it is until 0.2.0, whose release puts its own files in place of these. Where a change of the core
@@ -10,6 +11,7 @@ fails here, mend the change and not the data, e.g. by a lazy alias for a name th
 """
 
 import ast
+import json
 from importlib import import_module
 from pathlib import Path
 from zipfile import ZipFile
@@ -57,6 +59,18 @@ async def test_launch_file_runs_and_loses_nothing(file: Path):
     assert {record.level for record in lab.log} <= {"info"}
 
 
+@pytest.mark.filterwarnings("ignore:.*is deprecated and gone in:DeprecationWarning")
+@pytest.mark.parametrize("release", RELEASES, ids=lambda release: release.name)
+def test_public_names_are_there(release: Path):
+    modules: dict[str, list[str]] = json.loads((release / "names.json").read_text("utf-8"))
+    gone = {f"{module}.{name}" for module, names in modules.items() for name in names if not has(module, name)}
+    assert gone == set()
+
+
+def has(module: str, name: str) -> bool:
+    return hasattr(import_module(module), name)
+
+
 def missing(sources: ZipFile) -> list[str]:
     """Names of busflow that the modules of a wheel import, also for annotations alone, and that are not there."""
     found: list[str] = []
@@ -64,8 +78,8 @@ def missing(sources: ZipFile) -> list[str]:
         nodes = ast.walk(ast.parse(sources.read(path))) if path.endswith(".py") else ()
         for node in nodes:
             if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "busflow":
-                module = import_module(node.module or "")
-                found += [f"{path}: {node.module}.{each.name}" for each in node.names if not hasattr(module, each.name)]
+                names = [each.name for each in node.names if not has(node.module or "", each.name)]
+                found += [f"{path}: {node.module}.{name}" for name in names]
     return found
 
 
