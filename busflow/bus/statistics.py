@@ -179,9 +179,15 @@ class TopicStatistics(Account):
 
     def as_json(self) -> dict[str, Any]:
         """Return the topic's entry in a report."""
-        plain = asdict(self)
-        del plain["publishers"]
-        return {"name": plain.pop("topic"), **plain, "subscriptions": [each.as_json() for each in self.subscriptions]}
+        return {
+            "name": self.topic,
+            "type": self.type,
+            "published": self.published,
+            "arrived": self.arrived,
+            "since_s": self.since_s,
+            "losses": self.losses,
+            "subscriptions": [each.as_json() for each in self.subscriptions],
+        }
 
     @classmethod
     def from_json(cls, entry: Mapping[str, Any]) -> TopicStatistics:

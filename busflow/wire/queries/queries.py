@@ -144,7 +144,7 @@ class Questions:
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
         """Return `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere, …}`."""
-        graph, inbox = self._graph, self._graph.bus.inbox.statistics()
+        graph, inbox, services = self._graph, self._graph.bus.inbox.statistics(), self._graph.bus.services
         timers = [asdict(timer.statistics()) for each in graph.supervisors for timer in each.runtime.endpoints.timers]
         external = {each.topic for spec in self._graph.descriptions for each in spec.topics if each.external}
         return {
@@ -159,7 +159,7 @@ class Questions:
                 for topic in graph.bus.topics.values()
                 if topic.publishers or topic.subscriptions or topic.name not in self.left_topics
             ],
-            "services": [each.as_json() for each in graph.bus.statistics().services],
+            "services": [services[name].statistics().as_json() for name in sorted(services)],
             "timers": timers,
             "elsewhere": sorted(self._elsewhere),
             **self._facts(),
