@@ -19,7 +19,7 @@ from busflow.recording.bag.bag import Bag
 from busflow.timeouts import VARIABLE
 from busflow.wire.machines.certificates import Authority
 from tests.golden import Golden
-from tests.processes.conftest import NODES, Run, busflow
+from tests.processes.conftest import NODES, busflow
 from tests.ros2.sessions import free_port
 
 PATIENCE_S = 60.0
@@ -95,10 +95,15 @@ nodes:
 
 @pytest.mark.long
 def test_two_machines_make_one_graph_each_records_itself(start: Callable, two: str):
-    arm = start(two, "--record", "arm-run", machine="arm")  # first; in the test of a restart `main` is
-    arm.wait_for("the machine main is not linked: ")
+    killed = start(two, machine="arm")  # before the main machine; the next one comes after it
+    killed.wait_for("the machine main is not linked: ")
     main = start(two, "--record", "main-run", machine="main")
     main.wait_for("the machine arm is linked")
+    assert killed.end(signal.SIGKILL) == -signal.SIGKILL
+    main.wait_for("the machine arm is not linked any more")
+    main.wait_for("the machine arm is not linked: nothing listens at")
+    arm = start(two, "--record", "arm-run", machine="arm")
+    main.wait_for("the machine arm is linked again")
     arm.wait_for("the machine main is linked")
     arm.wait_for("received enough", times=2)
     for run in (main, arm):
@@ -116,24 +121,13 @@ def test_two_machines_make_one_graph_each_records_itself(start: Callable, two: s
     assert any("machine main already" in line for line in second.lines)
     assert any("cannot listen at tls/127.0.0.1" in line for line in third.lines)
     assert arm.end() == 130
-    main.wait_for("the machine arm is not linked any more")
+    main.wait_for("the machine arm is not linked any more", times=2)
     heard = arm.topic("/numbers")["subscriptions"]
     assert {line["node"] for line in heard} == {"/sink", "/beside"}
     for line in heard:
         assert line["published"] == line["delivered"] + line["dropped"] + line["queued"] >= 10
-    killed_machine_is_linked_again(start, two, main)
     assert main.end() == 130
     each_has_recorded_its_own(main)
-
-
-def killed_machine_is_linked_again(start: Callable, two: str, main: Run):
-    for times in (2, 3):
-        arm = start(two, machine="arm")
-        arm.wait_for("received enough", times=2)
-        main.wait_for("the machine arm is linked again", times=times - 1)
-        assert arm.end(signal.SIGKILL) == -signal.SIGKILL
-        main.wait_for("the machine arm is not linked any more", times=times)
-    main.wait_for("the machine arm is not linked: nothing listens at")
 
 
 def each_has_recorded_its_own(main):
@@ -243,16 +237,6 @@ def others(tmp_path_factory) -> Path:
     return folder
 
 
-@pytest.mark.long
-def test_certificate_of_another_authority_is_not_linked(start: Callable, two: str, certificates: Path, others: Path):
-    arm = start(two.replace(str(certificates), str(others)), machine="arm")
-    arm.wait_for("the machine main is not linked: it has not connected")
-    main = start(two, machine="main")
-    main.wait_for("the machine arm is not linked: its certificate is not one of our authority")
-    assert main.end() == arm.end() == 130
-    assert main.topic("/numbers")["published"] > 0, "its nodes do not wait for anybody"
-
-
 @pytest.fixture(scope="module")
 def lone(start_for_all: Callable, certificates: Path) -> Iterator[tuple[int, Path]]:
     """The port of an arm that waits for its main machine, and where other terminals find it."""
@@ -275,6 +259,14 @@ def test_doctor_names_connections_that_send_nothing(lone: tuple[int, Path]):
             findings = json.loads(busflow(runtime, "doctor", "--json", expect=(3,)))["findings"]
             silent = [each["fix"] for each in findings if each["code"] == "silent-connections"]
     assert "firewall" in silent[0]
+
+
+@pytest.mark.long
+def test_certificate_of_another_authority_is_not_linked(start: Callable, lone: tuple[int, Path], others: Path):
+    main = start(two_machines(others, lone[0]), machine="main")
+    main.wait_for("the machine arm is not linked: its certificate is not one of our authority")
+    assert main.end() == 130
+    assert main.topic("/numbers")["published"] > 0, "its nodes do not wait for anybody"
 
 
 @pytest.mark.long
