@@ -49,7 +49,7 @@ def section(module: Path, test: str) -> tuple[Path, str]:
 
 
 def owner(file: Path, title: str) -> tuple[Path, str]:
-    """Return the module and the test, or a test with a part, that the section of a golden file is for."""
+    """Return the module of a section and its test, with its part if it has one: the inverse of `section`."""
     if file.name != "golden.txt":
         return file.with_suffix(".py"), title
     name, _, test = title.partition("::")
@@ -57,7 +57,7 @@ def owner(file: Path, title: str) -> tuple[Path, str]:
 
 
 def is_of(title: str, test: str) -> bool:
-    """Whether a section is the one of a test or of a part of it."""
+    """Whether a section belongs to a test, or to a part of the test."""
     return title == test or title.startswith(f"{test}: ")
 
 

@@ -178,7 +178,7 @@ def test_stalled_run_ends_and_names_waiting_tasks(tmp_path, capsys):
     (tmp_path / "idle.py").write_text("from busflow import Node\n\n\nclass Idle(Node):\n    pass\n")
     (tmp_path / "idle.yaml").write_text("plugins: [.]\nnodes:\n  idle:\n    plugin: idle\n")
     assert main(["run", str(tmp_path / "idle.yaml"), "--sim"]) == 1
-    assert capsys.readouterr().err.startswith("error: at 0 s of virtual time ")
+    assert capsys.readouterr().err.startswith("error: at 0 s ")
     assert main(["run", str(tmp_path / "idle.yaml"), "--sim", "--for", "1h"]) == 0
 
 

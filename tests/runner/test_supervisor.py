@@ -184,9 +184,9 @@ def test_each_state_leads_to_the_end_and_only_failed_is_final():
 
 
 @virtual_time
-async def test_change_of_state_outside_the_table_is_refused():
+async def test_change_of_state_outside_the_table_is_refused(golden):
     async with graph_of(Failing().fail_in(None, "ValueError")) as graph:
-        with pytest.raises(RuntimeError, match="/failing cannot be starting after running"):
+        with golden.raises(RuntimeError):
             graph.supervisors[0].renew()
         assert states(graph) == {"/failing": "running"}
 
