@@ -276,7 +276,7 @@ class Mirror(BusObserver):
                 token.undeclare()
             self._remote_publishers.on_subscription_end(self._graph.bus.topics[end.topic])
         else:
-            self._services.detach(end)
+            self._services.hide(end)
         self._presence.notify()
 
     def _token(self, kind: TokenKind, node: str, name: str, support: TypeSupport, qos: str) -> Token:

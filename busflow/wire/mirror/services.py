@@ -92,13 +92,10 @@ class ServiceMirror:
     def detach_parameters(self, node: str) -> None:
         """Stop answering for the parameters and the log level of a node."""
         for former in [each for each in self._shown if isinstance(each, ParameterStore) and each.node == node]:
-            self._hide(former)
+            self.hide(former)
 
-    def detach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
-        """Stop showing an endpoint."""
-        self._hide(end)
-
-    def _hide(self, shown: Shown) -> None:
+    def hide(self, shown: Shown) -> None:
+        """Stop showing an endpoint, or the services of a node's parameters."""
         for token in self._shown.pop(shown, ()):
             token.undeclare()
         for outlet in self._outlets.pop(shown, ()):
