@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes.conftest import starting
-
 NODES = Path(__file__).parents[1] / "nodes"
 ZENOH = '{mode: "peer", listen: {endpoints: ["tcp/0.0.0.0:0"]}, scouting: {multicast: {enabled: true}}}'
 
@@ -36,20 +34,3 @@ def test_environment_and_limits_change_no_run(tmp_path: Path):
     written = [done.stdout.encode(), done.stderr.encode(), *(p.read_bytes() for p in tmp_path.glob("run.*"))]
     assert len(written) == 4
     assert [text for text in written if b"hunter2" in text] == []
-
-
-@pytest.fixture
-def start(tmp_path):
-    with starting(tmp_path) as start:
-        yield start
-
-
-@pytest.mark.long
-def test_message_too_large_to_send_is_named(start):
-    """Case msg/oversize."""
-    nodes = "big: {plugin: 'big:Big'}, watcher: {plugin: 'big:Watcher', process: other}"
-    run = start(f"processes: {{other: }}\nnodes: {{{nodes}}}\n")
-    run.wait_for('"published"')
-    assert run.end() == 130
-    assert sum("/image " in line and "300,000," in line for line in run.lines) == 1
-    assert run.topic("/image")["losses"] == {"unsent": 2}

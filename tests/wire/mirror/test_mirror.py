@@ -276,6 +276,7 @@ async def test_unencodable_message_is_logged_once_and_delivered_locally(looked_a
 
 
 async def test_message_too_large_is_unsent_and_delivered_here(looked_at, capsys, monkeypatch):
+    """Case msg/oversize."""
     monkeypatch.setattr("busflow.wire.mirror.outlet.LARGEST", 1000)
     async with looked_at(Talker) as looked:
         words, here = looked.graph.node(Talker).words, looked.graph.subscribe(String, "words")
