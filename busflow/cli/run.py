@@ -12,7 +12,7 @@ from busflow.cli.options.lazy_group import importing
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.model.description import Argument
+    from busflow.launchfile.load.arguments import Argument
 
 _EXAMPLES = """\b
 Examples:
@@ -111,7 +111,8 @@ def _row(argument: Argument) -> tuple[object, ...]:
     """Return the row of one launch file argument: its name, type, default, range and help."""
     from busflow.validation.annotations import Bounds
 
-    allowed = " | ".join(map(str, argument.choices)) if argument.choices else ""
-    bounds = str(Bounds(argument.minimum, argument.maximum))
-    default = "required" if argument.required else f"= {argument.default}"
-    return f"{argument.name}:=", argument.type, default, allowed or bounds, argument.help
+    keys = argument.keys
+    allowed = " | ".join(map(str, keys.choices)) if keys.choices else ""
+    bounds = str(Bounds(keys.min, keys.max))
+    default = "required" if argument.default is None else f"= {argument.default.data}"
+    return f"{argument.name}:=", keys.type, default, allowed or bounds, keys.help

@@ -35,7 +35,7 @@ def complete_arguments(context: click.Context, incomplete: str) -> Iterator[tupl
     from busflow.launchfile.load.load import read_arguments
 
     if not incomplete.endswith(":="):
-        yield from ((f"{each.name}:=", each.help) for each in read_arguments(context.params["file"]))
+        yield from ((f"{each.name}:=", each.keys.help) for each in read_arguments(context.params["file"]))
 
 
 @completer

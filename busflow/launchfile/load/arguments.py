@@ -11,7 +11,6 @@ from pydantic import ValidationError, create_model
 
 from busflow.errors import Fault, LaunchError, Problem
 from busflow.launchfile.load.resolver import Resolver
-from busflow.launchfile.model.description import Argument
 from busflow.launchfile.model.keys import ArgumentKeys
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.model.problems import problems as located
@@ -23,6 +22,17 @@ from busflow.validation.durations import UNITS_NS
 from busflow.validation.faults import faults, shown
 
 _TYPES: dict[str, Any] = {"float": float, "int": int, "bool": bool, "str": str}
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """One argument of a launch file, as it is declared, and its value."""
+
+    name: str
+    keys: ArgumentKeys
+    default: Value | None
+    """The value where none is given; None if one must be given."""
+    value: Value
 
 
 @dataclass(slots=True)
@@ -77,17 +87,7 @@ def _bind(
             found.broken.add(name)
             return
     stated = given if given is not None else default
-    argument = Argument(
-        name=name,
-        type=keys.type,
-        value=Value(None, key_origin(entry)),
-        required=default is None,
-        default=default.data if default is not None else None,
-        help=keys.help,
-        choices=tuple(keys.choices) if keys.choices is not None else None,
-        minimum=keys.min,
-        maximum=keys.max,
-    )
+    argument = Argument(name, keys, default, Value(None, key_origin(entry)))
     found.known[name] = argument
     if stated is None:
         included = entry.origin.included_from
@@ -109,11 +109,11 @@ def _typed(argument: Argument, stated: Value) -> tuple[Value, list[Problem]]:
     if origin.source is StatedBy.COMMAND_LINE and origin.place is not None:
         before = origin.place.excerpt[: origin.place.column - 1]
         try:
-            text = argument.type == "str"
+            text = argument.keys.type == "str"
             stated = parse_value(str(stated.content), origin.place.file, before, as_text=text)
         except LaunchError as error:
             return stated, list(error.problems)
-    model, data = _model(argument.type), {"value": stated.data}
+    model, data = _model(argument.keys.type), {"value": stated.data}
     try:
         value: Any = model.model_validate(data).model_dump()["value"]
     except ValidationError as error:
@@ -134,14 +134,15 @@ def _model(kind: str) -> type[StrictModel]:
 
 def _outside(argument: Argument, value: Any) -> Iterator[Fault]:
     """Yield a fault for each item outside the argument's choices or range."""
-    bounds = Bounds(argument.minimum, argument.maximum)
+    keys = argument.keys
+    bounds = Bounds(keys.min, keys.max)
     items = cast("list[Any]", value if isinstance(value, list) else [value])
     for index, item in enumerate(items):
         path = (index,) if isinstance(value, list) else ()
         name = f"argument {argument.name}[{index}]" if path else f"argument {argument.name}"
-        if argument.choices is not None and item not in argument.choices:
-            allowed = ", ".join(str(each) for each in argument.choices)
-            fix = did_you_mean(str(item), map(str, argument.choices))
+        if keys.choices is not None and item not in keys.choices:
+            allowed = ", ".join(str(each) for each in keys.choices)
+            fix = did_you_mean(str(item), map(str, keys.choices))
             yield Fault(path, f"{name} must be one of {allowed}, got {shown(item)}", fix, "choice")
         below = bounds.minimum is not None and not item >= bounds.minimum
         if below or (bounds.maximum is not None and not item <= bounds.maximum):

@@ -12,7 +12,7 @@ from busflow.bus import names
 from busflow.bus.qos import PRESETS, QoS, qos_faults
 from busflow.errors import InvalidName
 from busflow.launchfile.load.build_network import network_of, ros2_of, unknown_machine
-from busflow.launchfile.load.build_programs import programs_of, variables
+from busflow.launchfile.load.build_programs import programs_of, supervision_of, variables
 from busflow.launchfile.load.fixed_frames import frames_nodes
 from busflow.launchfile.load.merge import Part
 from busflow.launchfile.model.description import (
@@ -31,7 +31,6 @@ from busflow.launchfile.model.description import (
 from busflow.launchfile.model.keys import ORDER, LaunchKeys, NodeKeys, RecordKeys
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at, problems
-from busflow.launchfile.model.supervision import Supervision
 from busflow.launchfile.yaml.value import Value
 from busflow.text import did_you_mean
 
@@ -61,8 +60,6 @@ class Builder:
             name=keys.name or name,
             nodes=(*filter(None, nodes), *frames_nodes(self.part.tree.members.get("frames"), self.problems)),
             topics=tuple(self._topics()),
-            profiles=self._profiles,
-            arguments=self.part.arguments,
             folders=tuple(self.part.folders),
             interfaces=tuple(self.part.interfaces),
             packages=self._packages,
@@ -123,7 +120,7 @@ class Builder:
             remap=tuple(self._remap(stated, value)),
             publishers=tuple(self._endpoints(value.section("publishers"))),
             subscriptions=tuple(self._endpoints(value.section("subscriptions"))),
-            supervision=_supervision(stated),
+            supervision=supervision_of(stated),
             depends_origins={f"/{key}": key_origin(each) for key, each in value.section("depends_on").items()},
             process=self._process(stated, value),
             machine=self._machine(stated, value),
@@ -266,12 +263,6 @@ class Builder:
             origin = key_origin(value) if at_key else value.origin
             self.problems.add(problem_at("invalid-name", f"{what} {name!r}: {fault.message}", None, origin))
         return fault is None
-
-
-def _supervision(stated: NodeKeys) -> Supervision:
-    """Return the restart policy and dependencies of a node, with the full names of other nodes."""
-    needs = {f"/{key}": what for key, what in stated.depends_on.items()}
-    return Supervision(stated.restart.as_policy(), needs, stated.on_exit)
 
 
 def record_spec(keys: RecordKeys) -> RecordSpec:

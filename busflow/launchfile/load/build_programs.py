@@ -8,7 +8,7 @@ from pathlib import Path
 
 from busflow.bus import names
 from busflow.launchfile.model.description import ProgramSpec
-from busflow.launchfile.model.keys import LaunchKeys, ProgramKeys
+from busflow.launchfile.model.keys import LaunchKeys, NodeKeys, ProgramKeys
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.model.supervision import Supervision
@@ -46,7 +46,6 @@ def programs_of(keys: LaunchKeys, tree: Value, problems: Problems) -> Iterator[P
 
 def _program(key: str, value: Value, stated: ProgramKeys, command: Value) -> ProgramSpec:
     cwd = value.members.get("cwd", command)
-    needs = {f"/{name}": condition for name, condition in stated.depends_on.items()}
     return ProgramSpec(
         name=f"/{key}",
         origin=key_origin(value),
@@ -57,10 +56,16 @@ def _program(key: str, value: Value, stated: ProgramKeys, command: Value) -> Pro
         env=variables(value.members.get("env", value.without(()))),
         ready=stated.ready,
         grace_s=stated.grace,
-        supervision=Supervision(stated.restart.as_policy(), needs, stated.on_exit),
+        supervision=supervision_of(stated),
         depends_origins={f"/{name}": key_origin(each) for name, each in value.section("depends_on").items()},
         machine=None if stated.machine == MAIN else stated.machine,
     )
+
+
+def supervision_of(stated: NodeKeys | ProgramKeys) -> Supervision:
+    """Return the restart policy and dependencies of a node or program, with the full names of others."""
+    needs = {f"/{name}": condition for name, condition in stated.depends_on.items()}
+    return Supervision(stated.restart.as_policy(), needs, stated.on_exit)
 
 
 def _is_named_well(key: str, value: Value, keys: LaunchKeys, problems: Problems) -> bool:

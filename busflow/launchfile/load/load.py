@@ -20,7 +20,7 @@ from busflow.launchfile.load.files import Files
 from busflow.launchfile.load.part import LaunchFile, part_of
 from busflow.launchfile.load.profiles import from_command_line
 from busflow.launchfile.load.resolver import Resolver
-from busflow.launchfile.model.description import Argument, LaunchDescription
+from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.doubts import Doubt, doubts
 from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems, problem_at
@@ -84,7 +84,7 @@ def _raising(
 load = _raising(examine)
 
 
-def read_arguments(path: str | Path, environment: Mapping[str, str] | None = None) -> tuple[Argument, ...]:
+def read_arguments(path: str | Path, environment: Mapping[str, str] | None = None) -> tuple[arguments.Argument, ...]:
     """Return the arguments that a launch file declares, for its help; those without a default have no value.
 
     Raises:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from busflow.errors import Place, Problem
-from busflow.launchfile.model.description import Argument
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.value import StatedPath, Value
 from busflow.validation.faults import dotted
@@ -20,8 +19,6 @@ class Part:
     tree: Value
     """Keys of a launch file, without expressions, includes and arguments; nodes by `namespace/name`."""
     folders: list[StatedPath] = field(default_factory=list[StatedPath])
-    arguments: tuple[Argument, ...] = ()
-    """Arguments of the file, without those of its includes."""
     warnings: list[Problem] = field(default_factory=list[Problem])
     own_folders: dict[str, tuple[Path, ...]] = field(default_factory=dict[str, tuple[Path, ...]])
     """By node, the plugin folders of the file that names its plugin."""
@@ -157,7 +154,6 @@ def _laid(below: Part, above: Part) -> Part:
     return Part(
         below.tree.merged(above.tree),
         [*above.folders, *below.folders],
-        above.arguments,
         [*below.warnings, *above.warnings],
         {**below.own_folders, **above.own_folders},
         [*above.interfaces, *below.interfaces],

@@ -68,7 +68,7 @@ def part_of(file: LaunchFile, files: Files, outside: Scope) -> Part | None:
     tree = in_folder(tree, folder)
     folders, interfaces = (files.folders(tree, key, folder) for key in ("plugins", "interfaces"))
     kept = {key: value for key, value in tree.members.items() if key in {*SETTABLE, "env"}}
-    own = Part(replace(tree, content=kept), folders, tuple(bound.known.values()), interfaces=interfaces)
+    own = Part(replace(tree, content=kept), folders, interfaces=interfaces)
     own = named(own, file.namespace, problems)
     included = Part(Value({}, tree.origin))
     for include in includes:

@@ -84,21 +84,6 @@ class RecordSpec:
 
 
 @dataclass(frozen=True, slots=True)
-class Argument:
-    """One argument of a launch file, and its value in this description."""
-
-    name: str
-    type: str  # "float", "int", "bool", "str" or "list[…]" of these
-    value: Value
-    required: bool = False
-    default: object = None
-    help: str = ""
-    choices: tuple[object, ...] | None = None
-    minimum: float | None = None
-    maximum: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class EndpointSpec:
     """QoS that a launch file states for one endpoint of a node, or for a topic."""
 
@@ -217,8 +202,6 @@ class LaunchDescription:
     name: str
     nodes: tuple[NodeSpec, ...]
     topics: tuple[TopicSpec, ...] = ()
-    profiles: Mapping[str, QoS] = field(default_factory=dict[str, "QoS"])
-    arguments: tuple[Argument, ...] = ()
     folders: tuple[StatedPath, ...] = ()  # plugin folders
     interfaces: tuple[StatedPath, ...] = ()  # folders of definition files
     packages: Mapping[str, Path] = field(default_factory=dict[str, Path])  # folders that package:// addresses begin at

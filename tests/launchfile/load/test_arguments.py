@@ -18,13 +18,20 @@ args:
   gains: {type: "list[float]", default: [1, 2.5], min: 0}
   names: {type: "list[str]", default: []}
 nodes:
-  talker: {plugin: talker}
+  talker:
+    plugin: talker
+    parameters:
+      rate_hz: ${args.rate_hz}
+      count: ${args.count}
+      side: ${args.side}
+      debug: ${args.debug}
+      gains: ${args.gains}
+      names: ${args.names}
 """
 
 
 def values(folder, **how: Any) -> dict[str, object]:
-    description = folder.load(FILE, **how)
-    return {each.name: each.value.data for each in description.arguments}
+    return folder.load(FILE, **how).nodes[0].parameters.data
 
 
 def test_defaults_are_taken_as_the_declared_type(folder):
@@ -46,18 +53,15 @@ def test_defaults_are_taken_as_the_declared_type(folder):
     ],
 )
 def test_the_command_line_beats_the_default(folder, text: str, name: str, value: object):
-    found = folder.load(FILE, assignments=[text])
-    (argument,) = [each for each in found.arguments if each.name == name]
-    assert argument.value.data == value
-    assert type(argument.value.data) is type(value)
-    assert str(argument.value.origin) == "command line"
+    found = values(folder, assignments=[text])[name]
+    assert (found, type(found)) == (value, type(value))
 
 
 def test_string_argument_is_never_read_as_yaml(folder):
-    text = "args: {name: {type: str}}\nnodes: {talker: {plugin: talker}}\n"
+    text = "args: {name: {type: str}}\nnodes: {talker: {plugin: talker, parameters: {name: '${args.name}'}}}\n"
     for value in ("010", "true", "[a", '"x"', "~", "", "a: b"):
-        (name,) = folder.load(text, assignments=[f"name:={value}"]).arguments
-        assert name.value.data == value
+        (node,) = folder.load(text, assignments=[f"name:={value}"]).nodes
+        assert node.parameters.data == {"name": value}
 
 
 @pytest.mark.parametrize("value", [50, 50.0, np.float32(50), np.int64(50)])
@@ -101,7 +105,8 @@ def test_wrong_argument_of_caller_has_no_place(folder, golden):
 def test_arguments_are_readable_in_a_wrong_file(folder):
     folder.write("args:\n  rate: {type: float, help: How often.}\nnodes: {a: {pluggin: 1}}\n")
     (argument,) = read_arguments("lab1.yaml", {})
-    assert (argument.name, argument.type, argument.required, argument.help) == ("rate", "float", True, "How often.")
+    keys = argument.keys
+    assert (argument.name, keys.type, argument.default, keys.help) == ("rate", "float", None, "How often.")
 
 
 def test_too_many_mistakes_leave_no_arguments(folder):
@@ -110,10 +115,11 @@ def test_too_many_mistakes_leave_no_arguments(folder):
 
 
 def test_a_default_may_come_from_the_environment(folder):
-    text = "args: {lab: {type: str, default: '${env.LAB:-5}'}}\nnodes: {a: {plugin: a}}\n"
+    text = "args: {lab: {type: str, default: '${env.LAB:-5}'}}\n"
+    text += "nodes: {a: {plugin: a, parameters: {lab: '${args.lab}'}}}\n"
     for env, expected in (({}, "5"), ({"LAB": "010"}, "010")):
-        (argument,) = folder.load(text, env=env).arguments
-        assert argument.value.data == expected
+        (node,) = folder.load(text, env=env).nodes
+        assert node.parameters.data == {"lab": expected}
 
 
 TYPED = [case for case in cases("i_launch", "coerce/") if "to" in case["input"]]
@@ -123,11 +129,11 @@ TYPED = [case for case in cases("i_launch", "coerce/") if "to" in case["input"]]
 def test_arguments_are_coerced_as_in_ros_2_launch(folder, case: dict[str, Any]):
     kind = case["input"]["to"]
     kind = f"list[{kind[:-2]}]" if kind.endswith("[]") else kind
-    folder.write(f"args: {{it: {{type: '{kind}'}}}}\nnodes: {{a: {{plugin: a}}}}\n")
+    folder.write(f"args: {{it: {{type: '{kind}'}}}}\nnodes: {{a: {{plugin: a, parameters: {{it: '${{args.it}}'}}}}}}\n")
     description, problems = examine("lab1.yaml", assignments=[f"it:={case['input']['text']}"], environment={})
     if isinstance(case["expect"], dict):
         assert problems
     else:
         assert description is not None
         assert not problems
-        assert description.arguments[0].value.data == case["expect"]
+        assert description.nodes[0].parameters.data == {"it": case["expect"]}

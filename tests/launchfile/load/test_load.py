@@ -50,13 +50,12 @@ def test_a_whole_file_becomes_a_description(folder):
     assert (found.name, found.seed, found.shutdown_grace_s) == ("lab1", 7, 0.5)
     assert found.clock == ClockSpec(ClockMode.SIM, 100.0, 2.0)
     assert [folder.path for folder in found.folders] == [Path("plugins")]
-    assert found.profiles["sensor"].model_dump(exclude_unset=True) == {
+    topics = {each.topic: each for each in found.topics}
+    assert topics["/imu/data"].qos.model_dump(exclude_unset=True) == {
         "depth": 5,
         "reliability": "best_effort",
         "deadline_s": 0.05,
     }
-    topics = {each.topic: each for each in found.topics}
-    assert topics["/imu/data"].qos is found.profiles["sensor"]
     assert topics["/imu/data"].type == "sensor_msgs/msg/Imu"
     assert topics["/map"].qos is TRANSIENT_LOCAL
     assert topics["/joints"].qos.model_fields_set == {"depth"}
