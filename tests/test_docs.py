@@ -72,6 +72,9 @@ _OF_A_BUSY_MACHINE = [
     re.compile(r"block(s|ed) the event loop"),
 ]
 """Lines that come on a busy machine alone, and are passed over where a page shows none of their kind."""
+_LOGGED = re.compile(r"[0-9]+:[0-9]+:[0-9.]+ ")
+_NUMBER = re.compile(r"[0-9]+(?:\\\.[0-9]+)*")
+"""A number in an escaped line."""
 _VARYING = re.compile(
     "(?P<anything>…)"
     r"|(?P<measured>[0-9]+:[0-9:.]+[0-9]|[0-9]+(\.[0-9]+)?(?= ?(Hz|µs|ms|s|KB/s)\b))"
@@ -238,7 +241,10 @@ def matching(line, is_clocked, counts):
             pattern += {"anything": ".*", "measured": "[0-9][0-9:.]*", "count": "([0-9]+)"}[each.lastgroup]
             end = each.end()
             counts += [int(each["count"])] if each["count"] else []
-    return pattern + re.escape(line[end:]) + "\n"
+    pattern += re.escape(line[end:]) + "\n"
+    if is_clocked and _LOGGED.match(line):  # on a busy machine a run lasts longer, and logs it more often
+        pattern += "(?:" + _NUMBER.sub("[0-9.]+", re.escape(line)) + "\n)*"
+    return pattern
 
 
 def aligned(line):
