@@ -265,8 +265,8 @@ def test_a_page_has_the_whole_run(shown: Any):
     assert re.search(r"plugins/sensor_publisher\.py:\d+$", nodes["/sensor_publisher"]["source"])
     assert nodes["/sensor_publisher"]["state"] == "running"
     assert page.answer("run")["name"] == "lab1"
-    late = {"timer-late"}  # on a busy machine
-    assert {each["code"] for each in page.answer("health")["findings"]} <= late
+    findings = page.answer("health")["findings"]  # a busy machine warns, e.g. of late timers
+    assert [each for each in findings if each["severity"] == "error"] == []
     assert page.answer("log")["lines"][0]["text"] == "All sensors operational"
     assert page.answer("log", count=1)["lines"]
     rows = {each["name"]: each for each in page.answer("parameters", node="/sensor_publisher")["parameters"]}
@@ -332,8 +332,8 @@ def test_a_layout_is_kept_in_the_launch_file(own_lab: tuple[Any, Any], lab_folde
 def test_a_node_is_stopped_and_started(own_lab: tuple[Any, Any]):
     page = own_lab[0].page()
     assert page.answer("order", node="/sensor_processor", order="stop")["state"] == "stopped by hand"
-    findings = page.answer("health")["findings"]
-    assert findings[0]["fix"] == "busflow node start sensor_processor"
+    fixes = {each["code"]: each["fix"] for each in page.answer("health")["findings"]}
+    assert fixes["node-stopped"] == "busflow node start sensor_processor"
     assert page.answer("order", node="/sensor_processor", order="start")["state"] == "running"
     assert page.answer("log_level", node="/sensor_processor", level="debug")["level"] == "debug"
     assert "did you mean" in page.ask("order", node="/sensor_processo", order="stop")["error"]
