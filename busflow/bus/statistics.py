@@ -203,8 +203,8 @@ class TopicStatistics(Account):
     def of_run(cls, parts: Sequence[TopicStatistics]) -> TopicStatistics:
         """Return a topic's counts in a run, of its counts in each process: a message is published in one process alone.
 
-        Some published messages are in no report: those of a process just before it was killed, of another machine, or
-        of a program outside of the run. Their count is that of the process that received most of them, a lower bound.
+        Some messages are in no publisher's report: a process was killed just after it, or a program outside of the run
+        published them. The process that received the most messages gives a lower bound.
         """
         own = (replace(each, published=each.published - each.arrived, arrived=0) for each in parts)
         (found,) = added(*([each] for each in own))
