@@ -203,8 +203,8 @@ class TopicStatistics(Account):
     def of_run(cls, parts: Sequence[TopicStatistics]) -> TopicStatistics:
         """Return a topic's counts in a run, of its counts in each process: a message is published in one process alone.
 
-        Some messages are in no publisher's report: a process was killed just after it, or a program outside of the run
-        published them. The process that received the most messages gives a lower bound.
+        Some messages are in no publisher's report: its process was killed before it reported them, or a program outside
+        of the run published them. The process that received the most messages gives a lower bound.
         """
         own = (replace(each, published=each.published - each.arrived, arrived=0) for each in parts)
         (found,) = added(*([each] for each in own))
