@@ -31,7 +31,6 @@ from busflow.wire.zenoh.run_directory import RunDirectory
 from busflow.wire.zenoh.session import SOCKET, require_unix_sockets
 
 if TYPE_CHECKING:
-    from busflow.log import LogRecord
     from busflow.processes.joint_recording import JointRecording
     from busflow.processes.joint_snapshots import JointSnapshots
     from busflow.recording.recorder.snapshot_share import SnapshotShare
@@ -83,7 +82,7 @@ class ProcessGroup(Extension):
         keep_main(plan, placement)
         self._main = placement.main
         network = description.network if description.here is not None else None
-        self._machines = Machines(network, placement.machine, self._log, self.seconds) if network else None
+        self._machines = Machines(network, placement.machine, self._log, graph.clock.seconds) if network else None
         self.workers: list[WorkerProcess] = [
             self._worker(placement, process, f"{number}.sock") for number, process in enumerate(placement.others, 1)
         ]
@@ -168,14 +167,8 @@ class ProcessGroup(Extension):
                 self._graph.bus.call(lambda: snapshots.fail(f"{worker.name}: {message['wanted']}"))
 
     def _worker(self, placement: Placement, process: str, socket: str) -> WorkerProcess:
-        return WorkerProcess(
-            placement.specs[process],
-            placement.nodes[process],
-            socket,
-            environment=os.environ,
-            owner=self,
-            log=self._log,
-        )
+        spec, nodes = placement.specs[process], placement.nodes[process]
+        return WorkerProcess(self._graph, spec, nodes, socket, environment=os.environ, owner=self)
 
     @property
     def failures(self) -> list[str]:
@@ -374,21 +367,6 @@ class ProcessGroup(Extension):
             return self._recording.share(process).as_json()
         return None if self._shares is None else self._shares.of(process, Path()).as_json()
 
-    def show_record(self, record: LogRecord) -> None:
-        """Show a line of another process's log."""
-        self._graph.log.pass_on(record)
-
-    def show_print(self, process: str, line: str, *, error: bool) -> None:
-        """Print a line that a node of another process printed, with the name of the process."""
-        stream = sys.stderr if error else sys.stdout
-        if stream:  # None if the shell closed it
-            stream.write(f"[{process}] {printable(line)}\n")
-            stream.flush()
-
-    def seconds(self) -> float:
-        """Return the run's time."""
-        return self._graph.clock.seconds()
-
     def on_outcome(self, worker: WorkerProcess, outcome: ProcessOutcome) -> None:
         """Handle each end of a process: an incomplete recording with `on_drop: fail` ends the run."""
         if self._snapshots is not None:
@@ -402,13 +380,6 @@ class ProcessGroup(Extension):
             text = f"the recording {printable(self._recording.path)} is incomplete: {why}"
             # A warning waits for `finish`, which examines all files.
             self._recording.on_drop.apply(text, warn=lambda _text: None, fail=self._graph.give_up)
-
-    def on_final(self, code: int, *, finished: bool) -> None:
-        """End the run with a process that is not restarted; if its nodes had only finished, wait for the others."""
-        if finished and not code:
-            self._graph.end_if_finished()
-            return
-        self._graph.ask_to_stop(next((each for each in ExitCode if each == code), ExitCode.FAILED))
 
     def _about(self) -> Mapping[str, Any]:
         """Return facts about the worker processes and machines, which may be unable to answer themselves."""

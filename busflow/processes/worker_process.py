@@ -23,10 +23,11 @@ from busflow.processes.pipe import record_of
 from busflow.runner.restarting import Restarting
 from busflow.runner.signals import CODES, signal_name
 from busflow.runner.supervisor import NodeState
+from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import ProcessSpec
-    from busflow.log import Logger, LogRecord
+    from busflow.runner.graph import Graph
 
 _LASTING = {ExitCode.USAGE, ExitCode.INCOMPLETE}
 """Exit codes after which no restart follows: another life would not mend a wrong command line, and an incomplete
@@ -75,29 +76,8 @@ class WorkerOwner(Protocol):
         """Return the first line for the process's standard input: its assignment, with the parameters set until now."""
         ...
 
-    def show_record(self, record: LogRecord) -> None:
-        """Show a line of the process's log; called in any thread."""
-        ...
-
-    def show_print(self, process: str, line: str, *, error: bool) -> None:
-        """Show a line that a node printed; called in any thread."""
-        ...
-
-    def on_final(self, code: int, *, finished: bool) -> None:
-        """React to the last end of a process, which nothing had asked to stop.
-
-        Args:
-            code: the exit code that the process reported; FAILED if it reported none.
-            finished: whether the process ended because all its nodes had ended.
-        """
-        ...
-
     def on_outcome(self, worker: WorkerProcess, outcome: ProcessOutcome) -> None:
         """React to the end of a life, if nothing had asked the process to stop."""
-        ...
-
-    def seconds(self) -> float:
-        """Return the run's time."""
         ...
 
     def on_snapshot(self, worker: WorkerProcess, message: Mapping[str, Any]) -> None:
@@ -110,15 +90,15 @@ class WorkerProcess(Restarting):
 
     def __init__(
         self,
+        graph: Graph,
         spec: ProcessSpec,
         nodes: Sequence[str],
         socket: str,
         *,
         environment: Mapping[str, str],
         owner: WorkerOwner,
-        log: Logger,
     ) -> None:
-        super().__init__(spec.name, spec.restart, owner.seconds, log)
+        super().__init__(spec.name, spec.restart, graph.clock.seconds, graph.log.bind("busflow"))
         self.nodes: tuple[str, ...] = tuple(nodes)
         self.socket: str = socket
         self.state: WorkerState = WorkerState.STARTING
@@ -129,7 +109,7 @@ class WorkerProcess(Restarting):
         """Last report of this life."""
         self.child: Child | None = None
         self.spec = spec
-        self._owner = owner
+        self._graph, self._owner = graph, owner
         self._command = [sys.executable, "-P", "-m", "busflow.processes.worker", spec.name]
         self._environment = busflow_environment({**environment, **spec.env})
         self._end: dict[str, Any] = {}
@@ -174,11 +154,18 @@ class WorkerProcess(Restarting):
             self.failures += self._end.get("failures") or ([failure] if failure else [])
             # The exit code says something about the nodes only if the process reported its end, and no signal ended it.
             known = self._end and code not in _SIGNALS
-            self._owner.on_final(code if known else ExitCode.FAILED, finished=bool(self._end.get("finished")))
+            self._end_run(code if known else ExitCode.FAILED)
         else:
             self.state = WorkerState.RESTARTING
             self._log.warning(f"the process {self.name} restarts in {pause_s:g} s", restart=self.restarts)
         return pause_s
+
+    def _end_run(self, code: int) -> None:
+        """End the run with this process; if its nodes had only finished, wait for the others."""
+        if self._end.get("finished") and not code:
+            self._graph.end_if_finished()
+        else:
+            self._graph.ask_to_stop(next((each for each in ExitCode if each == code), ExitCode.FAILED))
 
     @property
     def _limit(self) -> str:
@@ -315,7 +302,7 @@ class WorkerProcess(Restarting):
         self._last_message_s = now_s = self._seconds()
         if "log" in message:
             with suppress(ValueError):
-                self._owner.show_record(record_of(message["log"], self.name))
+                self._graph.log.pass_on(record_of(message["log"], self.name))
         elif "report" in message:
             self.report, self._last_report_s = message["report"], now_s
             if not self._stopping.is_set():
@@ -329,8 +316,11 @@ class WorkerProcess(Restarting):
             self._parameters |= message["parameters"]
 
     def on_print(self, line: str, *, error: bool) -> None:
-        """Handle a line that one of the process's nodes printed."""
-        self._owner.show_print(self.name, line, error=error)
+        """Print a line that one of the process's nodes printed, with the name of the process."""
+        stream = sys.stderr if error else sys.stdout
+        if stream:  # None if the shell closed it
+            stream.write(f"[{self.name}] {printable(line)}\n")
+            stream.flush()
 
 
 _CHECK_S = 0.5

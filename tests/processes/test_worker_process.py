@@ -4,21 +4,14 @@ import asyncio
 
 import pytest
 
-from busflow.clock import SystemClock
+from busflow.clock import SimClock
 from busflow.launchfile.model.description import ProcessSpec
 from busflow.launchfile.model.supervision import Restart, RestartPolicy
 from busflow.launchfile.yaml.value import Origin, StatedBy
-from busflow.log import Log
 from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
+from busflow.runner.graph import Graph
 from busflow.testing import virtual_time
 from busflow.timeouts import Timeouts
-
-
-class Owner:
-    """The run around a worker, by the time of the loop."""
-
-    def seconds(self):
-        return asyncio.get_running_loop().time()
 
 
 class Child:
@@ -47,8 +40,8 @@ def running():
     def running(when=Restart.ON_FAILURE, *, says=({"report": {"nodes": []}},)):
         lines = []
         spec = ProcessSpec("left", Origin(StatedBy.CALLER), restart=RestartPolicy(when))
-        log = Log(SystemClock(), sinks=(lines.append,)).bind("busflow")
-        worker = WorkerProcess(spec, ["/a", "/b"], "1.sock", environment={}, owner=Owner(), log=log)
+        graph = Graph([], clock=SimClock(), sinks=(lines.append,))
+        worker = WorkerProcess(graph, spec, ["/a", "/b"], "1.sock", environment={}, owner=None)
         worker.child = Child()
         for message in says:
             worker.on_message(message)
@@ -190,17 +183,15 @@ async def test_slow_start_and_debugger_are_no_hang(running, message):
     assert (worker.state, worker.child.killed, lines) == (WorkerState.RUNNING, False, [])
 
 
-def test_parameters_and_restart_counts_survive_a_restart(running):
-    async def tell():
-        worker, _ = running()
-        worker.on_message({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})
-        worker.on_message({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
-        restarted = {"nodes": [_counts("/a", 1, 1, "running"), _counts("/b", 0, 0, "stopped by hand")]}
-        worker.on_message({"report": restarted})
-        worker.outcomes += [ProcessOutcome(7, restarted, "killed"), ProcessOutcome(8, None, "killed")]
-        return worker.memory
-
-    memory = asyncio.run(tell())
+@virtual_time
+async def test_parameters_and_restart_counts_survive_a_restart(running):
+    worker, _ = running()
+    worker.on_message({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})
+    worker.on_message({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
+    restarted = {"nodes": [_counts("/a", 1, 1, "running"), _counts("/b", 0, 0, "stopped by hand")]}
+    worker.on_message({"report": restarted})
+    worker.outcomes += [ProcessOutcome(7, restarted, "killed"), ProcessOutcome(8, None, "killed")]
+    memory = worker.memory
     assert memory.parameters == {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}
     assert (memory.restarts, memory.stopped) == ({"/a": 4, "/b": 2}, ("/b",))
 
