@@ -112,19 +112,17 @@ class OrphanTasks:
         """Handle asyncio's report of a task that is gone with its exception, or of a callback that raised."""
         error: Any = context.get("exception")
         task: Any = context.get("future")
-        if not isinstance(error, BaseException) or loop.is_closed() or not self.on_orphan:
+        life = _life(task, error) if isinstance(error, BaseException) else None
+        ours = isinstance(error, BaseException) and not loop.is_closed() and (life is not None or not self._guest)
+        if not ours or not self.on_orphan:
             self._report(context)
-        if not isinstance(error, BaseException):
+        if not ours:
             return
-        life = _life(task, error)
         if hasattr(task, _NODE):
             origin = _origin(task)
         else:
             origin = "a callback of the event loop" if "handle" in context else printable(context["message"], limit=200)
-        if self._guest and life is None and self.on_orphan:
-            self._report(context)
-        elif not loop.is_closed():  # in any thread, where the collector works
-            loop.call_soon_threadsafe(self._fail, life, origin, error)
+        loop.call_soon_threadsafe(self._fail, life, origin, error)  # in any thread, where the collector works
 
     def _report(self, context: dict[str, Any]) -> None:
         """Report as if there were no graph: by the handler of the loop's owner, else by asyncio's."""
