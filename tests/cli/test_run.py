@@ -184,15 +184,17 @@ def test_exit_code_stays_without_a_reader(command, code):
 )
 def test_restarts_and_blocks_are_in_the_report(capsys: Captured, watchdog: str, loop: str):
     shutil.copy(LABS / "plugins/fragile.py", "plugins/fragile.py")
-    Path("fragile.yaml").write_text("plugins: [plugins]\nnodes: {fragile: {plugin: fragile, restart: on-failure}}\n")
-    arguments = ["fragile.yaml", "--for", "1s", "--watchdog", watchdog, "--event-loop", loop, "--report", "run.json"]
+    node = "{plugin: fragile, restart: on-failure, on_exit: shutdown}"
+    Path("fragile.yaml").write_text(f"plugins: [plugins]\nnodes: {{fragile: {node}}}\n")
+    arguments = ["fragile.yaml", "--watchdog", watchdog, "--event-loop", loop, "--report", "run.json"]
     assert main(["run", *arguments]) == 0
     captured, report = capsys.readouterr(), reported()
-    (node,) = report["nodes"]
-    assert (node["state"], node["restarts"], node["failures"]) == ("stopped", 1, 1)
-    reported_at = "plugins/fragile.py:17 in beat" in captured.err
+    (fragile,) = report["nodes"]
+    assert (fragile["state"], fragile["restarts"], fragile["failures"]) == ("stopped", 1, 1)
+    reported_at = "plugins/fragile.py:22 in beat" in captured.err
     assert reported_at == (watchdog != "off")
-    assert [each["handler"] for each in report["blocks"]] == (["timer beat"] if reported_at else [])
+    handlers = {each["handler"] for each in report["blocks"]}  # a busy machine may hold up others too
+    assert handlers >= {"timer beat"} if reported_at else not handlers
 
 
 @pytest.mark.parametrize("more", ["", " --sim"], ids=["not installed", "simulated time"])

@@ -1,3 +1,4 @@
+import asyncio
 import time
 
 from busflow import Node, timer
@@ -8,6 +9,10 @@ class Fragile(Node):
 
     async def start(self) -> None:
         Fragile.lives += 1
+        self.blocked = asyncio.Event()
+
+    async def run(self) -> None:
+        await self.blocked.wait()
 
     @timer(0.05)
     def beat(self) -> None:
@@ -15,3 +20,4 @@ class Fragile(Node):
             raise ValueError("not yet")
         if self.beat.fired == 3:
             time.sleep(0.4)
+            self.blocked.set()
