@@ -32,8 +32,8 @@ class Publisher(Generic[M]):
 
     __slots__ = (
         "_deadline", "_direct", "_hand_over", "_history", "_lease", "_lifespan_ns", "_notices", "_only", "_outlet",
-        "_pushes", "_thread", "_topic", "alive", "deadlines_missed", "endpoint", "liveliness_lost", "on_close",
-        "on_event", "on_first", "published", "type",
+        "_pushes", "_remote", "_remote_added", "_thread", "_topic", "alive", "deadlines_missed", "endpoint",
+        "liveliness_lost", "on_close", "on_event", "on_first", "published", "remote_receivers", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint) -> None:
@@ -48,6 +48,10 @@ class Publisher(Generic[M]):
         self.on_close: Callable[[Publisher[M]], None] | None = None
         self.on_first: Callable[[], None] | None = None
         """Called once, at the next message published here."""
+        self.remote_receivers: Callable[[], frozenset[object]] = frozenset
+        """Returns the subscriptions of other processes that match; used by busflow itself."""
+        self._remote: frozenset[object] = frozenset()
+        self._remote_added = 0
         self._topic: Topic[M] | None = None
         self._outlet: Callable[[M], None] | None = None
         self._thread = 0
@@ -207,6 +211,7 @@ class Publisher(Generic[M]):
         self._topic, self._thread, self._hand_over = predecessor._topic, predecessor._thread, predecessor._hand_over
         self.published, self._history = predecessor.published, predecessor._history
         self.alive, self._notices = predecessor.alive, Notices(predecessor._notices.before)
+        self._remote, self._remote_added = predecessor._remote, predecessor._remote_added
         self.deadlines_missed, self.liveliness_lost = predecessor.deadlines_missed, predecessor.liveliness_lost
         self._deadline, predecessor._deadline = predecessor._deadline, None
         self._lease, predecessor._lease = predecessor._lease, None
@@ -227,7 +232,10 @@ class Publisher(Generic[M]):
         on_event, topic = self.on_event, self._topic
         if on_event is None or topic is None:
             return
-        come, current = topic.subscriptions_added, len(topic.subscriptions)
+        remote = self.remote_receivers()
+        self._remote_added += len(remote - self._remote)
+        self._remote = remote
+        come, current = topic.subscriptions_added + self._remote_added, len(topic.subscriptions) + len(remote)
         for event in self._notices.matching(PublisherMatched, self.topic, come, current):
             on_event(event)
 

@@ -1,6 +1,6 @@
 """Pairs of nodes that show one promise each, wherever they run; `contract.yaml` places them.
 
-The second node of a pair logs one line, `outcome`, with the facts that the contract tests compare.
+A node of a pair logs a line, `outcome`, with the facts that the contract tests compare.
 """
 
 import asyncio
@@ -18,6 +18,7 @@ from busflow import (
     Message,
     Node,
     Parameters,
+    PublisherMatched,
     QoS,
     RunningGoal,
     ServiceError,
@@ -174,6 +175,11 @@ class SilentPublisher(Node):
     async def run(self) -> None:
         self.promised.publish(Int64(data=1))
         self.alive.publish(Int64(data=1))
+
+    @on_event("promised")
+    def on_matched(self, event: PublisherMatched) -> None:
+        if event.current:
+            self.log.info("outcome", matched=event.current)
 
 
 class EventReader(Node):

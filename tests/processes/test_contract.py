@@ -22,6 +22,7 @@ OUTCOMES = {
     "/latched_back/back_reader": {"received": "[2, 3, 4]"},
     "/expired/expired_reader": {"received": "[4]"},
     "/both_ways/second_player": {"last": 200},
+    "/events/silent_publisher": {"matched": 1},
     "/events/event_reader": {"events": "['deadline missed', 'lease ended', 'matched 1', 'received 1']"},
     "/services/client": {
         "found": "['on', 'ServiceUnavailable', 'ServiceFailed', 'ServiceTimeout', 'ServiceUnavailable', 'ServiceGone', "

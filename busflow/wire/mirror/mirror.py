@@ -13,20 +13,21 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Collection, Generator, Mapping
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
 
-from busflow.bus.bus import BusObserver
+from busflow.bus.bus import BusObserver, check_qos
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.bus.subscription import Subscription
-from busflow.errors import MalformedMessage
+from busflow.errors import BusflowError, MalformedMessage
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.runner.service_events import SUFFIX
 from busflow.wire.mirror.connection import Connection
+from busflow.wire.mirror.inlet import remote_endpoint
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import RemotePublishers
 from busflow.wire.mirror.service_events import ServiceEvents
@@ -222,6 +223,7 @@ class Mirror(BusObserver):
             else:
                 self._outlets[publisher] = outlet = self._outlets.pop(former)
                 outlet.follow(publisher)
+            publisher.remote_receivers = partial(self._receivers_of, publisher)
 
     def subscription_added(self, subscription: Subscription[Any]) -> None:
         """Show a subscription, and connect it with the publishers of other processes."""
@@ -334,6 +336,8 @@ class Mirror(BusObserver):
             if token.kind is TokenKind.SUBSCRIPTION:
                 self._expect(token.topic, has_come=alive)
                 self._suit_receivers(token.topic)
+                if (topic := self._graph.bus.topics.get(token.topic)) is not None:
+                    topic.report_changes()
 
     def _expect(self, topic: str, *, has_come: bool) -> None:
         """Make a topic's publishers hold messages for a new remote subscription, or no more after the last one."""
@@ -355,6 +359,13 @@ class Mirror(BusObserver):
                 outlet.share(self._connection.neighbours.all_or_none({each.session for each in receivers}))
                 type_name = self._supports(end.type).name
                 outlet.reach_humble(is_there=any(each.has_type(type_name, HUMBLE) for each in receivers))
+
+    def _receivers_of(self, publisher: Publisher[Any]) -> frozenset[Token]:
+        """Return the subscriptions of other processes that match a publisher."""
+        support, topic = self._supports(publisher.type), self._graph.bus.topics[publisher.topic]
+        receivers = self._presence.receivers(publisher.topic)
+        found = [each for each in receivers if each.has_type(support.name, support.type_hash)]
+        return frozenset(each for each in found if _suffices(publisher, each, topic))
 
     def _handle(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is TokenKind.SERVICE:
@@ -393,6 +404,15 @@ def _predecessor(end: Any, known: Mapping[Any, object], present: list[Any]) -> A
         if _place(each) == _place(end) and each is not end and each not in present:
             return each
     return None
+
+
+def _suffices(publisher: Publisher[Any], receiver: Token, topic: Topic[Any]) -> bool:
+    """Return whether a publisher offers the QoS that a subscription of another process requests."""
+    try:
+        check_qos(publisher.endpoint, remote_endpoint(receiver, topic))
+    except BusflowError:
+        return False
+    return True
 
 
 def _place(end: MirroredEndpoint) -> object:

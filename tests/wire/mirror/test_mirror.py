@@ -16,7 +16,18 @@ import zenoh
 import zenoh.ext
 from pydantic import Field
 
-from busflow import Durability, Message, Node, Overflow, QoS, Reliability, publisher, subscription
+from busflow import (
+    Durability,
+    Message,
+    Node,
+    Overflow,
+    PublisherMatched,
+    QoS,
+    Reliability,
+    on_event,
+    publisher,
+    subscription,
+)
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
@@ -195,6 +206,42 @@ async def test_listener_misses_nothing_after_the_answer(looked_at, monkeypatch):
             await looked.ask(looked.peer.ask, "log", count=1, node=None, level=0)
             looked.graph.node(Talker).numbers.publish(Int64(data=7))
             assert (await looked.ask(listener.get, PATIENCE_S)).sequence == 1
+
+
+class Watchful(Node):
+    """Notes which subscriptions match its publisher."""
+
+    numbers = publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        self.events: list[PublisherMatched] = []
+
+    @on_event("numbers")
+    def on_matched(self, event: PublisherMatched) -> None:
+        self.events.append(event)
+
+
+async def test_publisher_matches_subscriptions_of_other_processes(looked_at):
+    async with looked_at(Watchful) as looked:
+        events = looked.graph.node(Watchful).events
+        session = await looked.ask(open_session, find_run("looked").directory)
+
+        def subscribe(number: int, message_type: type[Message] = Int64, **qos: object) -> zenoh.LivelinessToken:
+            type_ = TypeSupport(message_type)
+            end = ("/numbers", type_.name, type_.type_hash, to_text(QoS(**qos), is_request=True))
+            token = Token(str(session.info.zid()), 0, number, TokenKind.SUBSCRIPTION, "/", "elsewhere", *end)
+            return session.liveliness().declare_token(str(token))
+
+        others = [subscribe(1, Float64), subscribe(2, durability=Durability.TRANSIENT_LOCAL)]
+        ends = [subscribe(3), subscribe(4)]
+        await looked.until(lambda: len(events) == 2)
+        ends[0].undeclare()
+        await looked.until(lambda: len(events) == 3)
+        counts = (1, 1, 1, 1), (2, 1, 2, 1), (2, 0, 1, -1)
+        assert events == [PublisherMatched("/numbers", *each) for each in counts]
+        for token in (*others, ends[1]):
+            token.undeclare()
+        await looked.ask(session.close)
 
 
 async def test_inlet_of_the_same_process_causes_no_encoding(looked_at):
