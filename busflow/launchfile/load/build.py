@@ -116,7 +116,6 @@ class Builder:
             plugin_origin=members["plugin"].origin,
             parameters=_mapping(members.get("parameters"), value),
             folders=tuple(dict.fromkeys([*own, *others])),
-            packages=self._packages,
             remap=tuple(self._remap(stated, value)),
             publishers=tuple(self._endpoints(value.section("publishers"))),
             subscriptions=tuple(self._endpoints(value.section("subscriptions"))),

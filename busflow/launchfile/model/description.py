@@ -126,7 +126,6 @@ class NodeSpec:
     plugin_origin: Origin
     parameters: Value  # a mapping, not validated yet: validate its `.data`
     folders: tuple[Path, ...] = ()  # plugin folders, those of the node's own file first
-    packages: Mapping[str, Path] = field(default_factory=dict[str, Path])  # those of the whole description
     remap: tuple[RemapSpec, ...] = ()
     publishers: tuple[EndpointSpec, ...] = ()
     subscriptions: tuple[EndpointSpec, ...] = ()

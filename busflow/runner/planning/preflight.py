@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 
 from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.qos import QoS
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from busflow.log import Log
 
 T = TypeVar("T")
+_StatedQoS: TypeAlias = Callable[[str], tuple[QoS, ...]]
 
 
 @dataclass(slots=True)
@@ -72,14 +73,17 @@ class Preflight:
         """Build and check everything. The caller checks `errors` before it starts anything."""
         plan = Plan()
         topics = [topic for description in descriptions for topic in description.topics]
+        stated = partial(_qos_of_topic, topics)
+        around = Surroundings(self.clock, self.log, self.seed, publisher_qos=stated, subscription_qos=stated)
         for description in descriptions:
             plan.problems += description.warnings
+            own = replace(around, packages=description.packages)
             for spec in description.nodes:
                 start = len(plan.problems)
-                self._plan_node(plan, spec, topics, description.doubts)
+                _plan_node(plan, spec, own, description.doubts)
                 plan.problems[start:] = for_machine(description.here, spec, plan.problems[start:])
         for node, supervision in nodes:
-            self._declare(plan, PlannedNode(node, type(node).__name__, None, supervision), topics)
+            _declare(plan, PlannedNode(node, type(node).__name__, None, supervision), around)
         _announce_parameters(plan.nodes)
         doubts = frozenset[Doubt]().union(*(each.doubts for each in descriptions))
         plan.problems += conflicts(plan.nodes, topics, qos=Doubt.QOS not in doubts)
@@ -100,66 +104,66 @@ class Preflight:
         plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
         return plan
 
-    def _plan_node(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec], doubts: frozenset[Doubt]) -> None:
-        """Load a node's plugin, build the node with its parameters and add it to the plan, or what prevents that."""
-        try:
-            node_class = plugins.load(spec.plugin, spec.folders)
-        except PluginError as error:
-            if error.problem.code != "unknown-plugin" or Doubt.PLUGINS not in doubts:
-                plan.problems.append(_at_plugin(error.problem, spec))
-            return
-        factory = NodeFactory(node_class, spec.name)
-        try:
-            parameters = factory.parameters(cast("Mapping[str, object]", spec.parameters.data))
-        except BusflowError as error:
-            refused = error if isinstance(error, InvalidParameter) else error.__cause__
-            if refused is not error:
-                plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
-            if isinstance(refused, InvalidParameter):
-                faults = [each for each in refused.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
-                plan.problems += parameter_problems(InvalidParameter(faults), spec)
-                self._plan_without_faults(plan, spec, factory, refused, topics)
-            return
-        node = _guarded(plan, spec, f"{spec.full_name} cannot be built", partial(factory.build, parameters))
-        if node is not None:
-            self._declare(plan, PlannedNode(node, spec.plugin, spec, spec.supervision), topics)
 
-    def _plan_without_faults(
-        self, plan: Plan, spec: NodeSpec, factory: NodeFactory, error: InvalidParameter, topics: Sequence[TopicSpec]
-    ) -> None:
-        """Add a node without its wrong parameters, to check its endpoints, unless these may depend on them."""
-        if factory.node_class.declare is not Node.declare or factory.node_class.__init__ is not Node.__init__:
-            return
-        right = spec.parameters.without_any(fault.path for fault in error.faults)
-        try:
-            parameters = factory.parameters(cast("Mapping[str, object]", right.data))
-        except BusflowError:
-            return
-        aside = Plan()  # whose problems are dropped: they may come only from the missing parameters
-        node = _guarded(aside, spec, "", partial(factory.build, parameters))
-        if node is not None:
-            self._declare(aside, PlannedNode(node, spec.plugin, spec, spec.supervision), topics)
-        plan.nodes += aside.nodes
+def _plan_node(plan: Plan, spec: NodeSpec, around: Surroundings, doubts: frozenset[Doubt]) -> None:
+    """Load a node's plugin, build the node with its parameters and add it to the plan, or what prevents that."""
+    try:
+        node_class = plugins.load(spec.plugin, spec.folders)
+    except PluginError as error:
+        if error.problem.code != "unknown-plugin" or Doubt.PLUGINS not in doubts:
+            plan.problems.append(_at_plugin(error.problem, spec))
+        return
+    factory = NodeFactory(node_class, spec.name)
+    try:
+        parameters = factory.parameters(cast("Mapping[str, object]", spec.parameters.data))
+    except BusflowError as error:
+        refused = error if isinstance(error, InvalidParameter) else error.__cause__
+        if refused is not error:
+            plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
+        if isinstance(refused, InvalidParameter):
+            faults = [each for each in refused.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
+            plan.problems += parameter_problems(InvalidParameter(faults), spec)
+            _plan_without_faults(plan, spec, factory, refused, around)
+        return
+    node = _guarded(plan, spec, f"{spec.full_name} cannot be built", partial(factory.build, parameters))
+    if node is not None:
+        _declare(plan, PlannedNode(node, spec.plugin, spec, spec.supervision), around)
 
-    def _declare(self, plan: Plan, planned: PlannedNode, topics: Sequence[TopicSpec]) -> None:
-        """Give a node its surroundings and let it declare its endpoints."""
-        runtime, spec = planned.runtime, planned.spec
-        stated = _stated_qos(topics, (), runtime.name, "/")
-        around = Surroundings(self.clock, self.log, self.seed, publisher_qos=stated, subscription_qos=stated)
-        if spec is not None:
-            around = replace(
-                around,
-                namespace=spec.namespace,
-                remaps={rule.match: rule.replacement for rule in spec.remap},
-                publisher_qos=_stated_qos(topics, spec.publishers, spec.name, spec.namespace),
-                subscription_qos=_stated_qos(topics, spec.subscriptions, spec.name, spec.namespace),
-                parameter_source=partial(_value_source, spec),
-                folder=spec.folder,
-                packages=spec.packages,
-            )
-        what = f"{runtime.name} cannot declare its endpoints"
-        if _guarded(plan, spec, what, lambda: (runtime.declare(around), planned)) is not None:
-            plan.nodes.append(planned)
+
+def _plan_without_faults(
+    plan: Plan, spec: NodeSpec, factory: NodeFactory, error: InvalidParameter, around: Surroundings
+) -> None:
+    """Add a node without its wrong parameters, to check its endpoints, unless these may depend on them."""
+    if factory.node_class.declare is not Node.declare or factory.node_class.__init__ is not Node.__init__:
+        return
+    right = spec.parameters.without_any(fault.path for fault in error.faults)
+    try:
+        parameters = factory.parameters(cast("Mapping[str, object]", right.data))
+    except BusflowError:
+        return
+    aside = Plan()  # whose problems are dropped: they may come only from the missing parameters
+    node = _guarded(aside, spec, "", partial(factory.build, parameters))
+    if node is not None:
+        _declare(aside, PlannedNode(node, spec.plugin, spec, spec.supervision), around)
+    plan.nodes += aside.nodes
+
+
+def _declare(plan: Plan, planned: PlannedNode, around: Surroundings) -> None:
+    """Give a node its surroundings and let it declare its endpoints."""
+    runtime, spec = planned.runtime, planned.spec
+    if spec is not None:
+        around = replace(
+            around,
+            namespace=spec.namespace,
+            remaps={rule.match: rule.replacement for rule in spec.remap},
+            publisher_qos=_with_own(around.publisher_qos, spec, spec.publishers),
+            subscription_qos=_with_own(around.subscription_qos, spec, spec.subscriptions),
+            parameter_source=partial(_value_source, spec),
+            folder=spec.folder,
+        )
+    what = f"{runtime.name} cannot declare its endpoints"
+    if _guarded(plan, spec, what, lambda: (runtime.declare(around), planned)) is not None:
+        plan.nodes.append(planned)
 
 
 def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T]) -> T | None:
@@ -185,14 +189,17 @@ def problem_in_code(error: BaseException, what: str, origin: Place | None = None
     return Problem("declaration", f"{what}: {type(error).__name__}: {error}", fix, place or origin)
 
 
-def _stated_qos(
-    topics: Sequence[TopicSpec], endpoints: Sequence[EndpointSpec], node: str, namespace: str
-) -> Callable[[str], tuple[QoS, ...]]:
+def _qos_of_topic(topics: Sequence[TopicSpec], topic: str) -> tuple[QoS, ...]:
+    """Return the QoS that the entries of a topic state."""
+    return tuple(each.qos for each in topics if each.topic == topic)
+
+
+def _with_own(shared: _StatedQoS, spec: NodeSpec, endpoints: Sequence[EndpointSpec]) -> _StatedQoS:
     """Return a function that gives the QoS stated for a topic: first the topic's own entry, then the node's."""
 
     def stated(topic: str) -> tuple[QoS, ...]:
-        own = [each.qos for each in endpoints if each.full_topic(node, namespace) == topic]
-        return (*(each.qos for each in topics if each.topic == topic), *own)
+        own = [each.qos for each in endpoints if each.full_topic(spec.name, spec.namespace) == topic]
+        return (*shared(topic), *own)
 
     return stated
 

@@ -30,7 +30,6 @@ def test_folders_are_relative_to_their_file(folder: Path, monkeypatch: pytest.Mo
     monkeypatch.chdir(folder)
     description = load(written(Path("inner/lab.yaml"), "{arm: ../arm, hand: hand}"))
     assert description.packages == {"arm": folder / "arm", "hand": folder / "inner/hand"}
-    assert description.nodes[0].packages == description.packages
 
 
 def test_including_file_has_the_last_word(folder: Path):
