@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -144,14 +145,16 @@ class WorkerProcess(Restarting):
     async def _live_once(self) -> float | None:
         if self._stopping.is_set():
             return None
-        code = await self._run()
-        if self._stopping.is_set():
+        code, failure = await self._run()
+        failures = self._end.get("failures") or ([failure] if failure else [])
+        if self._stopping.is_set():  # a node may have failed in its `stop`
+            self.state = WorkerState.FAILED if failures else WorkerState.ENDED
+            self.failures += failures
             return None
         mendable = self._end.get("exit_code") not in _LASTING
         pause_s = self._next_pause_s(failed=self.state is not WorkerState.ENDED, mendable=mendable)
         if pause_s is None:
-            failure = self.outcomes[-1].failure if self.outcomes else ""
-            self.failures += self._end.get("failures") or ([failure] if failure else [])
+            self.failures += failures
             # The exit code says something about the nodes only if the process reported its end, and no signal ended it.
             known = self._end and code not in _SIGNALS
             self._end_run(code if known else ExitCode.FAILED)
@@ -176,36 +179,29 @@ class WorkerProcess(Restarting):
             self.child.kill()
         super()._finish()
 
-    async def _run(self) -> int:
+    async def _run(self) -> tuple[int, str]:
+        """Start the process and wait for its end; return its exit code, and how it failed, or an empty text."""
         self.state, self.report, self._killed_for = WorkerState.STARTING, None, ""
         self._end, self._last_message_s = {}, None
+        first, inherited = partial(self._owner.first_line, self), self._owner.inherited
         try:
-            self.child = Child(
-                self._command,
-                self._environment,
-                lambda: self._owner.first_line(self),
-                self,
-                inherited=self._owner.inherited,
-            )
+            self.child = Child(self._command, self._environment, first, self, inherited=inherited)
         except OSError as error:
-            self._end = {"failures": [f"the process {self.name} cannot be started: {error}"]}
-            self._log.error(f"the process {self.name} cannot be started: {error}")
-            return ExitCode.FAILED
+            failure = f"the process {self.name} cannot be started: {error}"
+            self._log.error(failure)
+            return ExitCode.FAILED, failure
         self._log.debug(f"the process {self.name} is started", pid=self.child.pid)
         code = await self.child.ended()
         failure = self._failure_text(code)
-        self.outcomes.append(ProcessOutcome(self.child.pid, self.report, failure, reported_end=bool(self._end)))
+        outcome = ProcessOutcome(self.child.pid, self.report, failure, reported_end=bool(self._end))
+        self.outcomes.append(outcome)
         self.child, self.report = None, None
-        failures = self._end.get("failures") or ([failure] if failure else [])
         if failure:
             self._log.error(failure)
         if not self._stopping.is_set():
             self.state = WorkerState.FAILED if failure else WorkerState.ENDED
-            self._owner.on_outcome(self, self.outcomes[-1])
-        else:  # a node may have failed in its `stop`
-            self.state = WorkerState.FAILED if failures else WorkerState.ENDED
-            self.failures += failures
-        return code
+            self._owner.on_outcome(self, outcome)
+        return code, failure
 
     def _failure_text(self, code: int) -> str:
         """Return a text that says how this life of the process failed; empty if it ended well."""

@@ -48,10 +48,7 @@ class Programs(Extension):
         known: dict[str, Restarting] = {each.name: each for each in self._graph.supervisors}
         known |= self._by_name
         for program in self.programs:
-            needs = program.spec.supervision.depends_on.items()
-            program.needs = [(known[name], condition) for name, condition in needs]
-            for other, condition in program.needs:
-                other.condition_event(condition)  # created now: the first message is observed only from here on
+            program.depend(known, program.spec.supervision.depends_on)
 
     @asynccontextmanager
     async def surround(self) -> AsyncGenerator[None]:

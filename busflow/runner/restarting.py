@@ -14,7 +14,7 @@ from busflow.launchfile.model.supervision import Condition, Restart
 from busflow.node.supervision import Backoff
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from busflow.launchfile.model.supervision import RestartPolicy
     from busflow.log import Logger
@@ -119,6 +119,12 @@ class Restarting(ABC):
     def condition_event(self, condition: Condition) -> asyncio.Event:
         """Return the event that is set once a condition is met or can no longer be met; `met` shows which."""
         return self._conditions[condition]
+
+    def depend(self, others: Mapping[str, Restarting], conditions: Mapping[str, Condition]) -> None:
+        """Let it wait for conditions of others, by their names; for no condition of a name that is not among them."""
+        self.needs = [(others[name], condition) for name, condition in conditions.items() if name in others]
+        for other, condition in self.needs:
+            other.condition_event(condition)  # the first message is observed only from here on
 
     def _meet(self, condition: Condition) -> None:
         self.met.add(condition)

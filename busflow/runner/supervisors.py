@@ -36,10 +36,7 @@ def supervisors_of(
     others = (each for extension in extensions for each in extension.prerequisites())
     by_name: dict[str, Restarting] = {each.name: each for each in (*others, *beside, *supervisors)}
     for supervisor in supervisors:
-        needs = supervisor.supervision.depends_on.items()
-        supervisor.needs = [(by_name[name], condition) for name, condition in needs if name in by_name]
-        for other, condition in supervisor.needs:
-            other.condition_event(condition)  # created now: the first message is observed only from here on
+        supervisor.depend(by_name, supervisor.supervision.depends_on)
     return supervisors
 
 

@@ -14,11 +14,10 @@ from busflow.testing import virtual_time
 class Lamp(Restarting):
     """A part that is ready for a second, and then fails if it is to."""
 
-    def __init__(self, when, *, failing, needs=()):
+    def __init__(self, when, *, failing=False):
         self.log, self.failing, self.begun_s = [], failing, []
         policy = RestartPolicy(when, most=3, first_s=1, longest_s=2, window_s=10)
         super().__init__("/lamp", policy, self.now_s, Log(SimClock(), sinks=(self.log.append,)).bind("/lamp"))
-        self.needs += needs
 
     def now_s(self):
         return asyncio.get_running_loop().time()
@@ -53,7 +52,7 @@ async def test_part_lives_again_until_the_limit(when, failing, begun_s):
 @pytest.mark.parametrize(("after_s", "restarts"), [(0.5, 0), (1.5, 1)], ids=["in a life", "in a pause"])
 @virtual_time
 async def test_stop_is_followed_by_no_other_life(after_s, restarts):
-    lamp = Lamp("always", failing=False)
+    lamp = Lamp("always")
     living = asyncio.create_task(lamp.live())
     await asyncio.sleep(after_s)
     lamp.ask_to_stop()
@@ -63,8 +62,10 @@ async def test_stop_is_followed_by_no_other_life(after_s, restarts):
 
 @virtual_time
 async def test_part_waits_for_a_condition_until_it_is_asked_to_stop():
-    first = Lamp("never", failing=False)
-    second, third = (Lamp("never", failing=False, needs=[(first, each)]) for each in ("ready", "first_message"))
+    first = Lamp("never")
+    second, third = Lamp("never"), Lamp("never")
+    second.depend({"/lamp": first}, {"/lamp": Condition.READY, "/elsewhere": Condition.READY})
+    third.depend({"/lamp": first}, {"/lamp": Condition.FIRST_MESSAGE})
     living = [asyncio.create_task(each.live()) for each in (second, third)]
     await asyncio.sleep(5)
     assert (second.begun_s, third.begun_s) == ([], [])
