@@ -118,7 +118,7 @@ def shown_by(line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     if words[0] != "busflow":
         subprocess.run(words, check=True)
         return []
-    root = Root(COMMANDS, {}, help="")
+    root = Root(COMMANDS, {}, help="", context_settings={"help_option_names": ["-h", "--help"]})  # as in `main`
     capsys.readouterr()
     try:
         with root.make_context("busflow", words[1:]) as context:
