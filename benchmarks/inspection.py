@@ -138,7 +138,7 @@ async def send(kind: str, size: int, count: int, rate: float | None) -> dict[str
 
 def busflow_session(graph: busflow.Graph) -> zenoh.Session:
     """The session that the graph has already, so that both ways share one link."""
-    (inspection,) = (each for each in graph.extensions if isinstance(each, Inspection))
+    (inspection,) = (each for each in graph.course.extensions if isinstance(each, Inspection))
     return inspection._mirror._session  # noqa: SLF001  # one link for both, or the comparison is none
 
 

@@ -150,7 +150,7 @@ class JointSnapshots(Extension):
     def _fail(self, error: IncompleteRecording) -> None:
         """Fail the run; called in any thread."""
         try:
-            self._graph.bus.call(partial(self._graph.give_up, error))
+            self._graph.bus.call(partial(self._graph.course.give_up, error))
         except NotRunning:  # the run is over and cannot fail any more
             self._log.warning(str(error))
 

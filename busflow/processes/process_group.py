@@ -191,7 +191,7 @@ class ProcessGroup(Extension):
             recording.finish(replace(self.run_report(), recording=None), self._recorded())
             self._report_incomplete(recording)
         if graph.exit_code is ExitCode.OK and any(worker.state is WorkerState.FAILED for worker in self.workers):
-            graph.conclude(ExitCode.FAILED)
+            graph.course.conclude(ExitCode.FAILED)
         return graph.exit_code
 
     def _report_incomplete(self, recording: JointRecording) -> None:
@@ -205,7 +205,7 @@ class ProcessGroup(Extension):
     def _fail_ended(self, error: IncompleteRecording) -> None:
         """Fail a run whose nodes have ended, unless it has failed already."""
         if self._graph.exit_code is ExitCode.OK:
-            self._graph.conclude(error.exit_code)
+            self._graph.course.conclude(error.exit_code)
             self._recording_failures.append(str(error))
 
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
@@ -297,7 +297,7 @@ class ProcessGroup(Extension):
     async def _all_ready(self, barrier: Barrier) -> None:
         names = list(self._by_name)
         first_s, all_s = timeouts.current.processes_warning, timeouts.current.processes_start
-        passed = asyncio.create_task(barrier.passed(names, unless=self._graph.ending))
+        passed = asyncio.create_task(barrier.passed(names, unless=self._graph.course.ending))
         try:
             for limit_s in (first_s, all_s - first_s):
                 await asyncio.wait([passed], timeout=limit_s)
@@ -311,7 +311,7 @@ class ProcessGroup(Extension):
 
     async def _end_with_graph(self) -> None:
         """Stop the worker processes when the graph ends, the last one first, and kill those that take too long."""
-        await self._graph.ending.wait()
+        await self._graph.course.ending.wait()
         for worker in reversed(self.workers):
             worker.ask_to_stop(self._graph.exit_code)
         await asyncio.sleep(0)
@@ -352,7 +352,7 @@ class ProcessGroup(Extension):
             env=worker.spec.env,
             outer={variable: self._outer.get(variable) for variable in (*self._stated, *worker.spec.env)},
             watchdog_s=self._graph.watchdog.bound_s if self._graph.watchdog else None,
-            prints_failures=self._graph.prints_failures and worker.policy.when is Restart.NEVER,
+            prints_failures=self._graph.course.prints_failures and worker.policy.when is Restart.NEVER,
             path=tuple(sys.path),
             memory=worker.memory,
             source=self._source,
@@ -379,7 +379,7 @@ class ProcessGroup(Extension):
             why = outcome.failure or f"the process {worker.name} has not finished its file"
             text = f"the recording {printable(self._recording.path)} is incomplete: {why}"
             # A warning waits for `finish`, which examines all files.
-            self._recording.on_drop.apply(text, warn=lambda _text: None, fail=self._graph.give_up)
+            self._recording.on_drop.apply(text, warn=lambda _text: None, fail=self._graph.course.give_up)
 
     def _about(self) -> Mapping[str, Any]:
         """Return facts about the worker processes and machines, which may be unable to answer themselves."""

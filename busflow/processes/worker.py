@@ -29,6 +29,7 @@ from busflow.wire.mirror.membership import Membership
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
     from busflow.recording.recorder.snapshot_share import SnapshotShare
+    from busflow.runner.course import Course
     from busflow.runner.graph import Graph
     from busflow.wire.zenoh.network import Network
 
@@ -66,7 +67,7 @@ def main(assignment: Assignment, pipe: int) -> ExitCode:
         code, failures = error.exit_code, [f"the process {assignment.process}: {error}"]
     finally:
         report = None if graph is None else _report_data(graph, writer)
-        finished = graph is not None and bool(graph.supervisors) and graph.has_finished
+        finished = graph is not None and bool(graph.supervisors) and graph.course.has_finished
         writer.send(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
         writer.close()
     return code
@@ -90,7 +91,8 @@ class _Commands:
     def __init__(self, main_pipe: int) -> None:
         self.snapshots: SnapshotShare | None = None
         """Writes the snapshots that the main process asks for; None if there are none to write."""
-        self.code: ExitCode | None = None
+        self._course: Course | None = None
+        self._code: ExitCode | None = None
         """The exit code of the run, once the main process has ended it."""
         self._main_pipe = main_pipe
         threading.Thread(target=self._read, name="busflow.main", daemon=True).start()
@@ -101,12 +103,25 @@ class _Commands:
                 with suppress(ValueError, LookupError, TypeError):  # half a line: the main process was killed
                     command = json.loads(line)
                     if "end" in command:
-                        self.code = ExitCode(command["end"])
+                        self._code = ExitCode(command["end"])
+                        self._ask_to_stop()
                         os.kill(os.getpid(), signal.SIGTERM)
                     elif self.snapshots is not None:
                         snapshot = command["snapshot"]
                         self.snapshots.write(Path(snapshot["path"]), str(snapshot["reason"]))
         os.kill(os.getpid(), signal.SIGTERM)
+
+    def stop(self, course: Course) -> None:
+        """Stop a graph's course when the main process has ended the run, with the exit code of the run.
+
+        So a recording's ledger has the end of the run, not of its share, which SIGTERM ends.
+        """
+        self._course = course
+        self._ask_to_stop()
+
+    def _ask_to_stop(self) -> None:
+        if self._course is not None and self._code is not None:
+            self._course.ask_to_stop_from_thread(self._code)
 
 
 def _set_environment(variables: Mapping[str, str | None]) -> None:
@@ -141,16 +156,17 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
         watchdog_s=assignment.watchdog_s,
     )
     own: dict[Feature, Callable[[Run], object]] = {
-        Feature.LINK: lambda run: run.graph.attach(_Part(run.graph, assignment, writer, commands)),
+        Feature.LINK: lambda run: run.graph.attach(_Part(run.graph, assignment, writer)),
         Feature.RECORDER: lambda run: _record(run.graph, assignment.record, writer, commands),
     }
     graph = Run([part], Kind.RUN, given, role=Role.WORKER, own=own).build()
+    commands.stop(graph.course)
     plan = graph.plan()
     if len(plan.nodes) != len(assignment.nodes):
         raise LaunchError(plan.errors)
     if assignment.restarts:
         plan.nodes = assignment.memory.restored(plan, graph.log)
-        graph.held = frozenset(assignment.memory.stopped)
+        graph.course.hold(assignment.memory.stopped)
     graph.bus.observe(ParameterReports(lambda changes: writer.send(parameters=changes)))
     # The problems of this part are not those of the whole graph, which the main process has shown.
     plan.problems.clear()
@@ -193,8 +209,8 @@ def _set_niceness(graph: Graph, nice: int) -> None:
 class _Part(Extension):
     """Joins this process to the run: its nodes wait for the other processes, and the main process gets reports."""
 
-    def __init__(self, graph: Graph, assignment: Assignment, writer: PipeWriter, commands: _Commands) -> None:
-        self._graph, self._writer, self._commands, self._others = graph, writer, commands, assignment.others
+    def __init__(self, graph: Graph, assignment: Assignment, writer: PipeWriter) -> None:
+        self._graph, self._writer, self._others = graph, writer, assignment.others
         self._membership = Membership(
             graph,
             Path(assignment.directory),
@@ -218,11 +234,9 @@ class _Part(Extension):
         barrier.begin()
         reporting = asyncio.create_task(self._report_again(), name="busflow.report")
         with self._graph.clock.wall_timeout(timeouts.current.processes_start):
-            await barrier.passed(self._others, unless=self._graph.ending)
+            await barrier.passed(self._others, unless=self._graph.course.ending)
         yield
         reporting.cancel()
-        if self._graph.exit_code is ExitCode.TERMINATED and self._commands.code is not None:
-            self._graph.exit_code = self._commands.code  # a recording's ledger has the end of the run, not of its share
 
     def about(self) -> Mapping[str, Any]:
         """Return what this process knows of other sessions."""

@@ -166,7 +166,7 @@ class WorkerProcess(Restarting):
     def _end_run(self, code: int) -> None:
         """End the run with this process; if its nodes had only finished, wait for the others."""
         if self._end.get("finished") and not code:
-            self._graph.end_if_finished()
+            self._graph.course.end_if_finished()
         else:
             self._graph.ask_to_stop(next((each for each in ExitCode if each == code), ExitCode.FAILED))
 

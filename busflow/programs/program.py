@@ -91,12 +91,12 @@ class Program(Restarting):
         elif not self._stopping.is_set() and self.spec.supervision.on_exit is OnExit.SHUTDOWN:
             self._graph.ask_to_stop()
         elif not self._stopping.is_set():
-            self._graph.end_if_finished()
+            self._graph.course.end_if_finished()
 
     def _fail(self, failure: str) -> None:
         """End the run with a failure that no restart follows."""
-        self._graph.log.bind(self.name, to_all=not self._graph.prints_failures).error(failure)
-        self._graph.give_up(ProgramFailed(failure))
+        self._graph.log.bind(self.name, to_all=not self._graph.course.prints_failures).error(failure)
+        self._graph.course.give_up(ProgramFailed(failure))
 
     def ask_to_stop(self) -> None:
         """Ask the program to end, without a restart."""

@@ -70,7 +70,7 @@ class Programs(Extension):
 
     async def _stop_in_order(self) -> None:
         """Stop each program, when the run ends and what depends on the program has ended."""
-        await self._graph.ending.wait()
+        await self._graph.course.ending.wait()
         dependents: defaultdict[str, list[asyncio.Event]] = defaultdict(list)
         for supervisor in self._graph.supervisors:
             for name in supervisor.supervision.depends_on:

@@ -39,7 +39,7 @@ class OrdersByHand:
         Raises:
             NotRunning: the graph ends.
         """
-        if self._graph.ending.is_set():
+        if self._graph.course.ending.is_set():
             raise NotRunning(f"the run {self._graph.name} ends")
         supervisors = [each for each in self._graph.supervisors if each.name in names]
         task = asyncio.get_running_loop().create_task(self._carry_out(order, supervisors), name=f"busflow.{order}")
@@ -56,14 +56,14 @@ class OrdersByHand:
         async with self._turn:
             if order is not Order.START:
                 running = [each for each in supervisors if not each.ended.is_set()]
-                await self._graph.stop_by_hand(running)
+                await self._graph.course.stop_by_hand(running)
                 for supervisor in running:
                     supervisor.runtime.log.info("stopped by hand")
             if order is not Order.STOP:
                 for supervisor in [each for each in supervisors if each.ended.is_set()]:
-                    await self._graph.start_by_hand(supervisor)
+                    await self._graph.course.start_by_hand(supervisor)
                     supervisor.runtime.log.info("started by hand")
-            for extension in self._graph.extensions:
+            for extension in self._graph.course.extensions:
                 extension.order_carried_out()
 
     def _ended(self, task: asyncio.Task[None]) -> None:

@@ -210,8 +210,8 @@ async def apply(revision: Revision, graph: Graph) -> None:
         except InvalidParameter as refused:
             graph.log.bind(name).error("the node refuses what its launch file says now", reason=str(refused))
     restarting = [planned.runtime.full_name for planned in revision.restarting]
-    await graph.dismiss([*revision.leaving, *restarting])
-    graph.admit([*revision.restarting, *revision.coming])
+    await graph.course.dismiss([*revision.leaving, *restarting])
+    graph.course.admit([*revision.restarting, *revision.coming])
 
 
 def _changes(before: Parameters, after: Parameters) -> Iterator[tuple[str, object]]:

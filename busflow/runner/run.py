@@ -46,8 +46,8 @@ def run_graph(
             await graph.stop()
         await graph.wait()
 
-    around_s = timeouts.current.around + graph.end_s
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=around_s)
+    around_s = timeouts.current.around + graph.course.end_s
+    guard = SignalGuard(graph.course.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=around_s)
     guard.last_act = last_act
     with (
         guard,
@@ -64,7 +64,7 @@ def run_graph(
         finally:  # what still works in threads of its own does not keep the program from ending
             guard.count_down(graph.exit_code)
     for orphan in orphans_left(loop):
-        graph.give_up(orphan)
+        graph.course.give_up(orphan)
     graph.check()
     return graph.exit_code
 
@@ -100,4 +100,4 @@ class _Program(Extension):
 
 def _goes_on(graph: Graph, loop: asyncio.AbstractEventLoop) -> bool:
     """Return whether a run reaches its end: its nodes have ended, though the disk holds up the loop, or it is free."""
-    return graph.has_finished or answers(loop) or graph.has_finished
+    return graph.course.has_finished or answers(loop) or graph.course.has_finished

@@ -91,7 +91,7 @@ class Trials:
         found = {str(each.path): problems([each], stated, noun="expectation")[0] for each in expectations.broken()}
         new = [problem.message for key, problem in found.items() if key not in self._wrong]
         if new:
-            for extension in graph.extensions:
+            for extension in graph.course.extensions:
                 extension.snapshot("; ".join(new))
         return list(found.items())
 

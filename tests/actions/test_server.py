@@ -450,7 +450,7 @@ async def test_end_of_the_client_cancels_its_goals():
         arm = lab.node(Arm)
         assert len(arm.move.goals) == 1
         (patient,) = [each for each in lab.graph.supervisors if each.name == "/patient"]
-        await lab.graph.stop_by_hand([patient])
+        await lab.graph.course.stop_by_hand([patient])
         await lab.settle()
         assert (arm.move.goals, arm.move.statistics().canceled) == ((), 1)
         assert balanced(lab)

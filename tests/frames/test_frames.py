@@ -182,8 +182,8 @@ async def test_restarted_node_keeps_tree_and_sends_on():
     async with harness(Odometry, User) as lab:
         await lab.advance(0.35)
         supervisor = next(each for each in lab.graph.supervisors if each.name == "/odometry")
-        await lab.graph.stop_by_hand([supervisor])
-        await lab.graph.start_by_hand(supervisor)
+        await lab.graph.course.stop_by_hand([supervisor])
+        await lab.graph.course.start_by_hand(supervisor)
         await lab.advance(0.25)
         tree = next(iter(lab.graph.bus.shared.values())).tree
         assert tree.edges["base_link"].count == 5
@@ -230,7 +230,7 @@ async def test_parent_may_change_once_its_sender_has_left():
 
     async with harness(Odometry, Second) as lab:
         await lab.advance(0.2)
-        await lab.graph.dismiss(["/odometry"])
+        await lab.graph.course.dismiss(["/odometry"])
         lab.node(Second).frames.send(transform("map", "base_link", lab.graph.clock.now(), 7.0))
         assert lab.node(Second).frames.latest("map", "base_link").transform.translation.x == 7
 

@@ -278,7 +278,7 @@ async def test_stopped_node_gets_no_event():
             await asyncio.sleep(3)
 
     graph = graph_of(Source, Slow)
-    graph.grace_s = 60
+    graph.course.grace_s = 60
     async with graph:
         graph.node(Source).numbers.publish(Number())
         await asyncio.sleep(0.5)

@@ -159,7 +159,7 @@ def test_loop_that_ends_stops_programs(project):
     async def main() -> list[int]:
         run = Launched("programs: {driver: {command: [sleep, 600]}}", project)
         await run.graph.start()
-        (extension,) = [each for each in run.graph.extensions if each.about()]
+        (extension,) = [each for each in run.graph.course.extensions if each.about()]
         await extension.programs[0].condition_event(Condition.STARTED).wait()
         (about,) = extension.about()["programs"]
         assert (about["program"], about["state"]) == ("/driver", "running")
@@ -230,7 +230,7 @@ def test_killed_keeper_is_failure_of_whole_program(launched):
     async def act(run):
         await run.log.wait_for("child ")
         children.extend(int(text.split()[1]) for text in run.log.texts("/driver") if text.startswith("child "))
-        (extension,) = [each for each in run.graph.extensions if hasattr(each, "programs")]
+        (extension,) = [each for each in run.graph.course.extensions if hasattr(each, "programs")]
         os.kill(extension.programs[0]._child.pid, signal.SIGKILL)
         await run.graph.wait()
 

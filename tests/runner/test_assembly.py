@@ -62,7 +62,7 @@ def noted(graph: Graph) -> Iterator[list[str]]:
         return noting
 
     with pytest.MonkeyPatch.context() as patch:
-        for each in tuple(graph.extensions):
+        for each in tuple(graph.course.extensions):
             name = type(each).__name__
             patch.setattr(each, "begin", note(f"{name} begins", each.begin))
             patch.setattr(each, "end", note(f"{name} ends", each.end))
@@ -156,7 +156,7 @@ def test_tests_record_by_their_kind_and_start_no_program(
 def test_plan_has_no_feature(stated: Any):
     run = Run([stated(more=WORKER)], Kind.PLAN, Given(inspect=True, record=True))
     assert [each.runtime.full_name for each in run.plan().nodes] == ["/source", "/sink"]
-    assert run.graph.extensions == []
+    assert run.graph.course.extensions == []
 
 
 def test_worker_attaches_its_own_features_in_the_same_order(stated: Any):
@@ -164,4 +164,4 @@ def test_worker_attaches_its_own_features_in_the_same_order(stated: Any):
     own = {each: lambda _run, each=each: notes.append(each) for each in (Feature.RECORDER, Feature.LINK)}
     graph = Run([stated()], Kind.RUN, Given(inspect=True), role=Role.WORKER, own=own).build()
     assert notes == [Feature.LINK, Feature.RECORDER]
-    assert graph.extensions == [], "programs are the main process's"
+    assert graph.course.extensions == [], "programs are the main process's"

@@ -231,7 +231,7 @@ async def test_stop_of_a_waiting_node_ends_its_wait():
 @virtual_time
 async def test_held_node_starts_only_by_hand():
     lab = harness(Source, Sink)
-    lab.graph.held = frozenset(["/source"])
+    lab.graph.course.hold(["/source"])
     async with lab:
         await lab.advance(1)
         assert [node.state for node in lab.graph.report().nodes] == ["stopped by hand", "running"]
@@ -248,7 +248,7 @@ async def test_run_goes_on_without_any_running_node():
         await lab.advance(1)
         await order(lab, Order.STOP, "/source", "/once")
         await lab.advance(60)
-        assert not lab.graph.ending.is_set()
+        assert not lab.graph.course.ending.is_set()
         assert [node.state for node in lab.graph.report().nodes] == ["stopped by hand", "stopped"]
         assert state(lab.graph, "/once").stopped_by_hand == 0, "it had ended by itself"
         await order(lab, Order.START, "/once")

@@ -180,10 +180,10 @@ async def test_run_goes_on_until_every_extension_is_finished():
     graph.attach(waiting)
     await graph.start()
     await asyncio.sleep(1)
-    assert graph.has_finished
-    assert not graph.ending.is_set()
+    assert graph.course.has_finished
+    assert not graph.course.ending.is_set()
     waiting.ready = True
-    graph.end_if_finished()
+    graph.course.end_if_finished()
     await graph.wait()
     assert graph.exit_code is ExitCode.OK
 
@@ -196,8 +196,8 @@ async def test_each_extension_adds_to_the_report(golden):
 @virtual_time
 async def test_end_times_of_extensions_add_up():
     graph = graph_of(Brief)
-    graph.extensions[0].end_s, graph.extensions[2].end_s = 1.5, 0.5
-    assert graph.end_s == 2.0
+    graph.course.extensions[0].end_s, graph.course.extensions[2].end_s = 1.5, 0.5
+    assert graph.course.end_s == 2.0
 
 
 @virtual_time

@@ -801,7 +801,7 @@ async def test_stop_before_start_stops_nothing():
 @virtual_time
 async def test_end_asked_before_the_start_ends_it():
     graph = Graph([Talker()], clock=SimClock())
-    graph.ask_to_stop_from_thread(ExitCode.TERMINATED)
+    graph.course.ask_to_stop_from_thread(ExitCode.TERMINATED)
     await graph.start()
     await graph.wait()
     assert graph.exit_code is ExitCode.TERMINATED
@@ -819,8 +819,8 @@ async def test_end_asked_before_the_start_ends_a_waiting_node_first():
             seen.append(graph.report().nodes[1].state)
 
     graph = Graph([Needed, supervised(Talker(), depends_on={"needed": "ready"})], clock=SimClock())
-    graph.grace_s = 0.05
-    graph.ask_to_stop_from_thread(ExitCode.TERMINATED)
+    graph.course.grace_s = 0.05
+    graph.course.ask_to_stop_from_thread(ExitCode.TERMINATED)
     await graph.start()
     await graph.wait()
     assert seen == ["stopped"]

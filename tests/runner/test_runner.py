@@ -1,7 +1,6 @@
 """The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
 
-Tests of `host.py`, `running_lines.py`, `source.py`, `sources.py`, `standard_error.py` and
-`supervisors.py`.
+Tests of `course.py`, `host.py`, `running_lines.py`, `source.py`, `sources.py` and `standard_error.py`.
 """
 
 import os

@@ -289,7 +289,7 @@ async def test_stop_beyond_the_grace_is_reported_as_failure():
             order.append(self.name)
 
     graph = Graph([Quick(name="a"), Stuck, Quick(name="b")], clock=SimClock(), sinks=(log.append,))
-    graph.grace_s = 0.05
+    graph.course.grace_s = 0.05
     with pytest.raises(NodeFailed, match=r"StopTimeout: /stuck .* 0\.05 s"):
         async with graph:
             pass
@@ -322,7 +322,7 @@ def test_a_graph_ends_without_an_endless_node(kind, is_left):
 
     async def main():
         graph = Graph([kind(name="endless")], sinks=(log.append,))
-        graph.grace_s = 0.05
+        graph.course.grace_s = 0.05
         with pytest.raises(NodeFailed, match=r"/endless .* 0\.05 s"):
             async with graph:
                 pass
@@ -412,7 +412,7 @@ def test_each_node_stops_once_whatever_happens(scripts, leaving, seed):
     async def main():
         nodes = [Scripted(name=f"n{index}").scripted(script) for index, script in enumerate(scripts)]
         graph = graph_of(*nodes)
-        graph.grace_s = 0.01
+        graph.course.grace_s = 0.01
         block = asyncio.create_task(enter_and_leave(graph, leaving))
         if leaving == "cancelled":
             asyncio.get_running_loop().call_later(2.5, block.cancel)

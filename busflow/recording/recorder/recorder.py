@@ -213,4 +213,4 @@ class Recorder(Extension):
             return
         self._why = why
         text = f"the recording {printable(self.statistics().path)} is incomplete: {self._why}"
-        self._spec.on_drop.apply(text, warn=self._log.warning, fail=self._graph.give_up)
+        self._spec.on_drop.apply(text, warn=self._log.warning, fail=self._graph.course.give_up)

@@ -202,4 +202,4 @@ class SnapshotRecorder(Extension):
         if found.complete:
             return
         text = f"the snapshot {printable(found.path)} is incomplete: {printable(found.why)}"
-        self._spec.on_drop.apply(text, warn=self._log.warning, fail=self._graph.give_up)
+        self._spec.on_drop.apply(text, warn=self._log.warning, fail=self._graph.course.give_up)

@@ -92,7 +92,7 @@ class Rerun(BusObserver):
         await self._loop.settle()
         try:
             for entry in self._bag.entries():
-                if graph.ending.is_set():
+                if graph.course.ending.is_set():
                     break
                 found = self._handler(entry.channel)
                 if found is None:
@@ -103,7 +103,7 @@ class Rerun(BusObserver):
                 handle(entry)
                 if is_event:
                     await self._loop.settle()
-            if not graph.ending.is_set() and self._bag.end_ns is not None:
+            if not graph.course.ending.is_set() and self._bag.end_ns is not None:
                 await self._reach(self._bag.end_ns, back=False)
                 await self._loop.settle()
         finally:

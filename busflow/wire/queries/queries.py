@@ -167,7 +167,7 @@ class Questions:
 
     def _facts(self) -> dict[str, Any]:
         """Return what the graph's extensions say of themselves, such as its `programs`."""
-        return {name: fact for each in self._graph.extensions for name, fact in each.about().items()}
+        return {name: fact for each in self._graph.course.extensions for name, fact in each.about().items()}
 
     def types(self, arguments: Mapping[str, Any]) -> object:
         """Return `{hash, encoding, description}` by type name; `names` or a `hash` select types."""

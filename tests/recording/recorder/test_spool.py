@@ -164,7 +164,7 @@ def test_close_waits_for_a_stalled_disk_until_timeout(disk, limits):
 def test_a_recorded_runs_end_allows_the_spools_timeout(tmp_path):
     graph = Graph([Player(file=tmp_path / "none.mcap")])
     record_graph(graph, str(tmp_path / "run.mcap"))
-    assert graph.end_s == timeouts.current.recording_end
+    assert graph.course.end_s == timeouts.current.recording_end
 
 
 @pytest.mark.parametrize("threaded", [True, False])

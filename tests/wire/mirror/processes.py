@@ -43,7 +43,7 @@ class Process(Extension):
     async def surround(self):
         self.barrier.begin()
         self.waits.set()
-        await self.barrier.passed(self.others, unless=self.graph.ending)
+        await self.barrier.passed(self.others, unless=self.graph.course.ending)
         yield
 
 

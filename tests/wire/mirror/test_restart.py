@@ -83,7 +83,7 @@ async def test_a_deleted_node_is_seen_no_more(looked_at):
     async with looked_at(Echo, Lamp) as looked:
         shown = await looked.ask(looked.peer.graph)
         assert {"/echo", "/lamp"} <= set(shown.nodes)
-        await looked.graph.dismiss(["/echo"])
+        await looked.graph.course.dismiss(["/echo"])
         async with asyncio.timeout(PATIENCE_S):
             while "/echo" in (shown := await looked.ask(looked.peer.graph)).nodes:
                 pass  # its tokens are undeclared, and still on their way to this session
