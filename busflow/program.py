@@ -15,10 +15,10 @@ from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import console_sink
 from busflow.runner.assembly import Given, Kind, Role, Run
 from busflow.runner.extension import Extension
+from busflow.runner.graph import Wanted, What, described, is_simulated
 from busflow.runner.loops.choice import LoopName
 from busflow.runner.planning.machine import on_machine
 from busflow.runner.source import variables_of
-from busflow.runner.sources import Wanted, What, described, is_simulated
 from busflow.runner.watchdog import BOUND_S
 
 if TYPE_CHECKING:

@@ -99,7 +99,7 @@ def _problems(source: LaunchSource, machine: str | None, *, strict: bool) -> lis
         from busflow.launchfile.model.placement import placed
         from busflow.launchfile.model.problems import in_order
         from busflow.runner.assembly import Given, Kind, Run
-        from busflow.runner.sources import is_simulated
+        from busflow.runner.graph import is_simulated
         from busflow.testing.expectations import expectation_problems
 
     description, problems = source.examine()
@@ -157,7 +157,7 @@ def _about_recording(description: LaunchDescription, *, apart: bool) -> Iterator
     from busflow.errors import RecordingRefused
     from busflow.launchfile.model.problems import problem_at
     from busflow.recording.recorder.destination import foresee, foresee_snapshots
-    from busflow.runner.sources import is_simulated
+    from busflow.runner.graph import is_simulated
 
     whole = description.resolved
     if description.record is None or whole is None:

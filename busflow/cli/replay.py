@@ -14,7 +14,7 @@ from busflow.cli.options.number import Number
 
 if TYPE_CHECKING:
     from busflow.recording.replay.replay import Replay
-    from busflow.runner.sources import What
+    from busflow.runner.graph import What
 
 _EXAMPLES = """\b
 Examples:

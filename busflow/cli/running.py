@@ -20,8 +20,8 @@ from busflow.launchfile.model.placement import ProcessLayout
 from busflow.launchfile.model.ros2 import Ros2Spec
 from busflow.log import console_sink, json_sink
 from busflow.runner.assembly import Given, Kind, Role, Run
+from busflow.runner.graph import is_simulated
 from busflow.runner.planning.machine import on_machine
-from busflow.runner.sources import is_simulated
 
 if TYPE_CHECKING:
     from busflow.cli.options.launch_file import LaunchSource

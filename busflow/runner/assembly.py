@@ -22,21 +22,20 @@ from busflow.errors import ExitCode, IncompleteRecording, NodeFailed, ProgramFai
 from busflow.launchfile.model.description import ClockMode, LaunchDescription
 from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.launchfile.model.ros2 import Ros2Transport
-from busflow.runner.graph import Graph
+from busflow.runner.graph import Graph, described, is_simulated
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.source import Source
-from busflow.runner.sources import described, is_simulated
 
 if TYPE_CHECKING:
     from busflow.bus.dispatcher import Chooser
     from busflow.clock import Clock
     from busflow.launchfile.model.ros2 import Ros2Spec
     from busflow.log import Sink
+    from busflow.runner.graph import Wanted, What
     from busflow.runner.loops.system import LoopFactory
     from busflow.runner.loops.virtual import VirtualLoop
     from busflow.runner.planning.preflight import Plan
     from busflow.runner.report import Report
-    from busflow.runner.sources import Wanted, What
 
 
 class Kind(Enum):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping, Sequence
 from functools import partial
+from inspect import signature
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar, overload
+from typing import Any, Self, TypeAlias, TypeVar, overload
 
 from busflow import timeouts
 from busflow.bus.bus import Bus
@@ -18,31 +19,36 @@ from busflow.bus.qos import QoS
 from busflow.bus.services.call import Pair, Req, Res
 from busflow.bus.services.client import TIMEOUT_S
 from busflow.bus.subscription import Subscription
-from busflow.clock import Clock, SystemClock
+from busflow.clock import Clock, SimClock, SystemClock, Time
 from busflow.errors import (
     BusflowError,
     ExitCode,
+    InvalidDeclaration,
     InvalidParameter,
     LaunchError,
     NoSuchTarget,
     NotRunning,
 )
 from busflow.interfaces.message import Message
-from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.description import ClockMode, LaunchDescription, RecordSpec
 from busflow.launchfile.model.problems import log_problems
+from busflow.launchfile.model.supervision import Supervision
 from busflow.log import Log, Sink
 from busflow.node.context import Surroundings
-from busflow.node.node import Node, runtime_of
+from busflow.node.node import NO_INIT, Node, runtime_of
+from busflow.node.supervision import Supervised
 from busflow.runner.course import Course, node_among
 from busflow.runner.extension import Extension
 from busflow.runner.host import Outside
 from busflow.runner.planning.preflight import Plan, Preflight
 from busflow.runner.report import Report, SnapshotReport, used_topics
 from busflow.runner.rosout import Rosout
-from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.supervisor import Supervisor
 from busflow.runner.watchdog import Watchdog
 
+Wanted: TypeAlias = str | Path | Mapping[str, object] | RecordSpec | bool
+"""A file to record to; the keys of a launch file's `record:`; True for what the launch file says, False for nothing."""
+What: TypeAlias = str | Path | LaunchDescription | Node | type[Node] | Supervised
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
 
@@ -317,3 +323,47 @@ class Graph:
         if self.course.duration_s is not None:
             raise NotRunning(f"the graph {self.name} has ended; launch another one")
         return self._outside
+
+
+def described(what: str | Path | LaunchDescription, args: Mapping[str, object] | None) -> LaunchDescription:
+    """Return the description of a launch file, or the one that is given.
+
+    Raises:
+        LaunchError: the file cannot be read, with every problem.
+    """
+    if isinstance(what, LaunchDescription):
+        return what
+    from busflow.launchfile.load.load import load
+    from busflow.node.plugins import names
+
+    return load(Path(what), args=args or {}, plugins=names)
+
+
+def made_by_hand(what: Any) -> tuple[Node, Supervision]:
+    """Return the node that is given, or one of the class that is, and what is asked for it.
+
+    Raises:
+        InvalidDeclaration: it is neither, or the class needs arguments.
+    """
+    node, supervision = (what.node, what.supervision) if isinstance(what, Supervised) else (what, Supervision())
+    if isinstance(node, Node):
+        return node, supervision
+    if isinstance(node, type) and issubclass(node, Node):
+        try:
+            signature(node).bind()
+        except TypeError as error:
+            raise InvalidDeclaration(f"{node.__name__} cannot be built: {error}; {NO_INIT}") from None
+        return node(), supervision
+    raise InvalidDeclaration(f"a graph is made of launch files, Node classes and instances, not {what!r}")
+
+
+def set_clock(clock: Clock, descriptions: Sequence[LaunchDescription]) -> None:
+    """Set the start of a simulated clock as a launch file says."""
+    start_s = next((each.clock.start_s for each in descriptions if each.clock.start_s is not None), None)
+    if start_s is not None and isinstance(clock, SimClock):
+        clock.start_at(Time(seconds=start_s))
+
+
+def is_simulated(description: LaunchDescription) -> bool:
+    """Return whether a launch file asks for simulated time."""
+    return description.clock.mode is not ClockMode.SYSTEM

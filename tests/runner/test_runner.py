@@ -1,6 +1,6 @@
 """The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
 
-Tests of `course.py`, `host.py`, `running_lines.py`, `source.py`, `sources.py` and `standard_error.py`.
+Tests of `course.py`, `host.py`, `running_lines.py`, `source.py` and `standard_error.py`.
 """
 
 import os
@@ -18,9 +18,9 @@ from busflow.launchfile.model.supervision import Supervision
 from busflow.msgs.std_msgs import Int64
 from busflow.node.supervision import Supervised
 from busflow.runner import standard_error
+from busflow.runner.graph import described, made_by_hand
 from busflow.runner.running_lines import is_own, running_lines
 from busflow.runner.source import Source
-from busflow.runner.sources import described, made_by_hand
 from busflow.testing import virtual_time
 
 

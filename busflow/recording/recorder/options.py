@@ -10,7 +10,7 @@ from busflow.errors import InvalidParameter
 from busflow.launchfile.load.build import record_spec
 from busflow.launchfile.model.description import RecordSpec
 from busflow.launchfile.model.keys import RecordKeys
-from busflow.runner.sources import Wanted
+from busflow.runner.graph import Wanted
 from busflow.validation.faults import faults
 
 

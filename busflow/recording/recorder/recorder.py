@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from busflow.recording.recorder.channels import Track
     from busflow.recording.recorder.share import Share
     from busflow.runner.assembly import Run
-    from busflow.runner.graph import Graph
+    from busflow.runner.graph import Graph, Wanted
     from busflow.runner.report import Report
-    from busflow.runner.sources import Wanted
 
 
 def record(run: Run) -> None:

@@ -17,8 +17,8 @@ from busflow.node import plugins
 from busflow.node.factory import NodeFactory
 from busflow.node.node import Node, parameters_class
 from busflow.node.parameters import ParameterInfo, describe, grouped, value_of
+from busflow.runner.graph import What, described
 from busflow.runner.planning.preflight import PlannedNode, Preflight
-from busflow.runner.sources import What, described
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:

@@ -22,11 +22,11 @@ from busflow.recording.replay.rerun import Rerun
 from busflow.recording.replay.ticks import ComingTicks, ReplayClock
 from busflow.recording.tools.message_diff import Comparison
 from busflow.runner.assembly import Given, Kind, Run
+from busflow.runner.graph import What
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.loops.virtual_test import run_virtual
 from busflow.runner.planning.planned_node import PlannedNode
 from busflow.runner.service_events import SUFFIX
-from busflow.runner.sources import What
 from busflow.text import counted
 
 TIME_TOLERANCE_S = 0.1
