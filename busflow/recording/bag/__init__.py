@@ -8,20 +8,6 @@
   `bag echo` import neither pydantic nor numpy.
 """
 
-from __future__ import annotations
+from busflow import imported_at_use
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from busflow.recording.bag.bag import Bag
-
-__all__ = ["Bag"]
-
-
-def __getattr__(name: str) -> object:
-    """Import the public name when it is first used: the rest of the package is imported without it."""
-    if name != "Bag":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from busflow.recording.bag.bag import Bag
-
-    return Bag
+__getattr__ = imported_at_use(globals())

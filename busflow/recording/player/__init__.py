@@ -6,20 +6,6 @@ that clock. Two use it: `player`, a node that publishes messages (a type without
 `bag play --run`, which hands the bytes to a client of the run.
 """
 
-from __future__ import annotations
+from busflow import imported_at_use
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from busflow.recording.player.player import Player
-
-__all__ = ["Player"]
-
-
-def __getattr__(name: str) -> object:
-    """Import the public name when it is first used: the rest of the package is imported without it."""
-    if name != "Player":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from busflow.recording.player.player import Player
-
-    return Player
+__getattr__ = imported_at_use(globals())

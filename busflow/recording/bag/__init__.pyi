@@ -1,0 +1,1 @@
+from busflow.recording.bag.bag import Bag as Bag

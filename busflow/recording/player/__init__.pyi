@@ -1,0 +1,1 @@
+from busflow.recording.player.player import Player as Player

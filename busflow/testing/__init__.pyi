@@ -1,0 +1,9 @@
+from busflow.errors import NotSeen as NotSeen
+from busflow.recording.replay.replay import Replay as Replay
+from busflow.recording.replay.replay import replay as replay
+from busflow.runner.loops.virtual import VirtualLoop as VirtualLoop
+from busflow.runner.loops.virtual_test import virtual_time as virtual_time
+from busflow.testing.exploration import explore as explore
+from busflow.testing.harnesses import Harness as Harness
+from busflow.testing.harnesses import Ledger as Ledger
+from busflow.testing.harnesses import harness as harness
