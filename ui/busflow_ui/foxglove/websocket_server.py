@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from websockets.http11 import Request, Response
 
-"""Time that a viewer may take to close its connection."""
 _MOST_FRAME = 16 * 1024 * 1024
 """Largest message that a viewer may send."""
 _MOST_REFUSED = 20
