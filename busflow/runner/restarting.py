@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from busflow.log import Logger
 
 
+_CONDITIONS = tuple(Condition)  # iterating over a class of words is slow, and a run may have many nodes
+
+
 class Restarting(ABC):
     """A part of a run that others may wait for, and that is restarted. A life is the time from one start to its end."""
 
@@ -43,16 +46,15 @@ class Restarting(ABC):
         """The conditions of others for which it waits before its start."""
         self.met: set[Condition] = set()
         """Its own conditions that are met; others may wait for them."""
-        self.ended: asyncio.Event = asyncio.Event()
-        """Set when it has ended and is not restarted."""
         self._seconds, self._log = seconds, log
-        self._conditions = {condition: asyncio.Event() for condition in Condition}
+        self._conditions = {condition: asyncio.Event() for condition in _CONDITIONS}
         self._backoff = Backoff(policy)
         self._prepare_lives()
 
     def _prepare_lives(self) -> None:
         """Prepare the first life, or the first one after its end."""
-        self.ended.clear()
+        self.ended: asyncio.Event = asyncio.Event()
+        """Set when it has ended and is not restarted."""
         self._stopping = asyncio.Event()
         self._opening: anyio.CancelScope | None = None
         """The scope that a request to stop cancels: around the wait for others, and a node's `start`."""

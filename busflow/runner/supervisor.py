@@ -119,12 +119,12 @@ class Supervisor(Restarting):
         """
         if state not in TRANSITIONS[self.state]:
             raise RuntimeError(f"{self.name} cannot be {state} after {self.state}")
-        self.state = state
-        if state not in _LIVING:
+        was, self.state = self.state, state
+        if was in _LIVING and state not in _LIVING:
             self._over.set()
             if self._opening is not None:
                 self._opening.cancel()
-        if state not in {NodeState.WAITING, NodeState.STARTING, NodeState.RESTARTING}:
+        if state in {NodeState.RUNNING, NodeState.STOPPING, NodeState.FAILED}:
             self.started.set()
 
     @property
