@@ -51,21 +51,21 @@ def test_missing_folder_offers_nothing(path: list[str], tmp_path: Path):
     assert found() == []
 
 
-def test_source_of_module_is_found_without_import(tmp_path, monkeypatch):
+def test_source_of_module_is_found_without_import(path: list[str], tmp_path: Path):
     package = tmp_path / "unimported"
     package.mkdir()
     (package / "__init__.py").write_text("raise AssertionError")
     (package / "inner.py").write_text("")
-    monkeypatch.syspath_prepend(tmp_path)
+    path.append(str(tmp_path))
     assert source_of("unimported.inner") == package / "inner.py"
     assert source_of("unimported.absent") is None
 
 
-def test_entry_points_of_new_distribution_are_found(tmp_path, monkeypatch):
+def test_entry_points_of_new_distribution_are_found(path: list[str], tmp_path: Path):
     assert list(entry_points("busflow.absent")) == []
     offered = tmp_path / "some-1.0.dist-info"
     offered.mkdir()
     (offered / "METADATA").write_text("Metadata-Version: 2.1\nName: some\nVersion: 1.0\n")
     (offered / "entry_points.txt").write_text("[busflow.absent]\none = some:thing\n")
-    monkeypatch.syspath_prepend(tmp_path)
+    path.append(str(tmp_path))
     assert [each.name for each in entry_points("busflow.absent")] == ["one"]
