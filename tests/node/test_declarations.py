@@ -261,7 +261,7 @@ def test_an_annotation_without_event_names_the_kinds(golden):
         @on_event("numbers")
         def on_silence(self, event: Int64) -> None: ...
 
-    with golden.raises(InvalidDeclaration):
+    with golden.raises(InvalidDeclaration, mask={", Unpaired": ""}):  # which other tests may have imported
         Confused.on_silence.event_type()
 
 

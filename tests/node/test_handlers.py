@@ -154,3 +154,8 @@ def test_a_swapped_subscription_is_put_right(golden):
 def test_unknown_keyword_of_a_subscription_is_refused():
     with pytest.raises(TypeError, match="'frame'"):
         subscription("points", frame="map")
+
+
+def test_keyword_of_a_feature_is_checked_by_the_feature(golden):
+    with golden.raises(InvalidDeclaration):
+        subscription(Int64, "numbers", in_frame="map")

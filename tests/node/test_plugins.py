@@ -211,6 +211,12 @@ class TestFinding:
         names = [each.name for each in plugins.find([folder])]
         assert [plugins.load(name, [folder]).__name__ for name in names] == ["Left", "Right", "Knee"]
 
+    def test_names_are_found_in_the_working_directory(self, write: Write, folder: Path, monkeypatch):
+        write("leg/knee.py", NODE.format(name="Knee"))
+        monkeypatch.chdir(folder.parent)
+        assert folder.name == "plugins"
+        assert {"leg"} == {*plugins.names()} - {each.name for each in plugins.find([])}
+
     @pytest.mark.parametrize("text", [b"class (", b"x = '\x00'", b"\xff\xfe", b"(" * 100_000])
     def test_a_broken_file_is_listed_with_its_fault(self, write: Write, folder: Path, text: bytes):
         write("bad.py", "").write_bytes(text)
