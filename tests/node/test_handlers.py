@@ -9,6 +9,7 @@ from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import SetBool, Trigger
+from busflow.node.declarations import PullDeclaration
 from busflow.node.handlers import Handler, ServiceRole, declarations_of
 from busflow.testing import harness, virtual_time
 
@@ -157,5 +158,6 @@ def test_unknown_keyword_of_a_subscription_is_refused():
 
 
 def test_keyword_of_a_feature_is_checked_by_the_feature(golden):
+    assert isinstance(subscription(Int64, "numbers", in_frame=None), PullDeclaration)
     with golden.raises(InvalidDeclaration):
         subscription(Int64, "numbers", in_frame="map")

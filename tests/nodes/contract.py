@@ -75,14 +75,31 @@ class NumberReader(Node):
             self.log.info("outcome", in_order=self.received == [*range(self.parameters.count)])
 
 
+class PromptedPublisher(NumberPublisher):
+    """Publishes its first number, and all others at once when a reader asks: early ones would fill its depth."""
+
+    async def run(self) -> None:
+        self.numbers.publish(Int64(data=0))
+
+    @service(Trigger, "others")
+    def others(self, _request: Trigger.Request) -> Trigger.Response:
+        for number in range(1, self.parameters.count):
+            self.numbers.publish(Int64(data=number))
+        return Trigger.Response(success=True)
+
+
 class SlowReader(Node):
     """Handles its first number until all others have come."""
+
+    others = client(Trigger, "others")
 
     async def start(self) -> None:
         self.received: list[int] = []
         self.numbers = self.create_subscription(Int64, "numbers", self.on_number, qos=QoS(depth=5))
 
     async def on_number(self, number: Int64) -> None:
+        if number.data == 0:
+            await self.others.call()
         while self.numbers.published < 21:
             await self.clock.sleep(0.01)
         self.received.append(number.data)
@@ -302,7 +319,7 @@ class MoveTo(ActionType, package="contract"):
 
 
 class Arm(Node):
-    """Moves by one degree each 10 ms."""
+    """Moves by one degree each 10 ms; a goal beyond one turn never begins, so it has no feedback."""
 
     @action(MoveTo, "move", when_busy="parallel")
     async def move(self, goal: RunningGoal[MoveTo]) -> MoveTo.Result:
@@ -310,6 +327,8 @@ class Arm(Node):
         if goal.request.angle < 0:
             raise ValueError("no way back")
         try:
+            if goal.request.angle > 360:
+                await asyncio.Event().wait()
             while angle < goal.request.angle:
                 await self.clock.sleep(0.01)
                 angle += 1
