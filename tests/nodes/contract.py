@@ -91,20 +91,19 @@ class PromptedPublisher(NumberPublisher):
 class SlowReader(Node):
     """Handles its first number until all others have come."""
 
+    numbers = subscription(Int64, "numbers", qos=QoS(depth=5))
     others = client(Trigger, "others")
 
-    async def start(self) -> None:
-        self.received: list[int] = []
-        self.numbers = self.create_subscription(Int64, "numbers", self.on_number, qos=QoS(depth=5))
-
-    async def on_number(self, number: Int64) -> None:
-        if number.data == 0:
-            await self.others.call()
-        while self.numbers.published < 21:
-            await self.clock.sleep(0.01)
-        self.received.append(number.data)
-        if number.data == 20:
-            self.log.info("outcome", newest=str(self.received[-5:]))
+    async def run(self) -> None:
+        received: list[int] = []
+        async for number in self.numbers:
+            if number.data == 0:
+                await self.others.call()
+            while self.numbers.published < 21:
+                await self.clock.sleep(0.01)
+            received.append(number.data)
+            if number.data == 20:
+                self.log.info("outcome", newest=str(received[-5:]))
 
 
 class LatchedPublisher(Node):
