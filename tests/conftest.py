@@ -269,10 +269,10 @@ def lasting() -> set[int]:
 
 @pytest.fixture(scope="module", autouse=True)
 def nothing_is_left(runtime_folder: Path, lasting: set[int], pytestconfig: pytest.Config) -> Iterator[None]:
-    """Fail if a file of tests leaves a process, a socket or a file behind, or another path of modules, and name it."""
+    """Fail if a file of tests leaves a process, a socket or a file behind, or shortens the path of modules; name it."""
     before, path = things(runtime_folder, pytestconfig.rootpath), list(sys.path)
     yield
-    assert sys.path == path, "the tests of this file leave another sys.path"
+    assert not (lost := set(path) - {*sys.path}), f"the tests of this file take {sorted(lost)} from sys.path"
     after = things(runtime_folder, pytestconfig.rootpath)
     kept = {each for each in after["processes"] if int(each.partition(":")[0]) in lasting}
     left = {kind: sorted(now - before[kind] - kept) for kind, now in after.items()}

@@ -105,15 +105,15 @@ class TestLab:
             speaker.publish({"data": True})
             assert main(["bag", "record", "-o", str(path), "--all", "-d", "100ms", "--for", "1.3s"]) == 0
         assert capsys.readouterr().out.startswith(f"{path}: ")
-        files = {each.name for each in path.iterdir()}
-        assert files == {"metadata.yaml", *(f"run_{number}.mcap" for number in range(len(files) - 1))}
-        assert len(files) > 2
+        parts = [f"run_{number}.mcap" for number in range(len(list(path.glob("*.mcap"))))]
+        assert {each.name for each in path.iterdir()} == {"metadata.yaml", *parts}
+        assert len(parts) > 1
         with Bag(path) as bag:
             assert bag.complete
             assert [entry.sequence for entry in bag.entries()] == list(range(1, bag.messages + 1))
             assert len(list(bag.entries(["/robot"]))) == 1
         found = []
-        for name in files[1:]:
+        for name in parts:
             with Bag(path / name) as part:
                 found.append([each.channel.plain(each.payload) for each in part.entries(["/robot"])])
         assert found[-1] == [{"data": True}]
