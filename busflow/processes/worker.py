@@ -277,10 +277,14 @@ def _report_data(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:
     return report | {"log_lines_lost": report["log_lines_lost"] + writer.lost}
 
 
-if __name__ == "__main__":
+def _run_as_program() -> None:
     try:
         code = main(Assignment.read(sys.stdin), int(sys.argv[-1]))
     except ProcessFailed as error:
         sys.exit(f"error: {error}")
     leave(code)
     sys.exit(code)
+
+
+if __name__ == "__main__":
+    _run_as_program()

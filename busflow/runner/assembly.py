@@ -20,7 +20,7 @@ from busflow import timeouts
 from busflow.clock import SimClock
 from busflow.errors import ExitCode, IncompleteRecording, NodeFailed, ProgramFailed, Stray
 from busflow.launchfile.model.description import ClockMode, LaunchDescription
-from busflow.launchfile.model.placement import ProcessLayout, placed
+from busflow.launchfile.model.placement import Placement, ProcessLayout, placed
 from busflow.launchfile.model.ros2 import Ros2Transport
 from busflow.runner.graph import Graph, described, is_simulated
 from busflow.runner.loops.choice import chosen_loop
@@ -178,24 +178,30 @@ class Run(AbstractContextManager["Run"]):
         Raises:
             LaunchError: a file cannot be read, with every problem, or there is no such event loop.
         """
-        self.kind, self.given, self._own = kind, given or Given(), own or {}
+        self.kind: Kind = kind
+        self.given: Given = given or Given()
+        self._own = own or {}
         habits = self._habits = HABITS[kind]
         args = self.given.args
         self._what = [described(each, args) if isinstance(each, str | Path) else each for each in what]
-        self.descriptions = [each for each in self._what if isinstance(each, LaunchDescription)]
-        self.simulated = self.given.simulated or any(map(is_simulated, self.descriptions))
-        self.follows = any(each.clock.mode is ClockMode.FOLLOW for each in self.descriptions)
+        self.descriptions: list[LaunchDescription] = [
+            each for each in self._what if isinstance(each, LaunchDescription)
+        ]
+        self.simulated: bool = self.given.simulated or any(map(is_simulated, self.descriptions))
+        self.follows: bool = any(each.clock.mode is ClockMode.FOLLOW for each in self.descriptions)
         # Simulated time needs one process: several have only the system's time in common.
         layout = self.given.layout if habits.spreads and not self.simulated else ProcessLayout.ONE
-        self.placements = [placed(each, layout) for each in self.descriptions]
+        self.placements: list[Placement] = [placed(each, layout) for each in self.descriptions]
         here = any(each.here is not None for each in self.descriptions)
         is_spread = habits.spreads and (here or any(each.others for each in self.placements))
-        self.role = role or (Role.MAIN if is_spread else Role.ALONE)
+        self.role: Role = role or (Role.MAIN if is_spread else Role.ALONE)
         self.others: Others | None = None
         """The run's other processes, if this is its main process."""
-        self.owns_loop = self.simulated and habits.owns_time
+        self.owns_loop: bool = self.simulated and habits.owns_time
         """Whether it makes a loop of simulated time itself."""
         self._virtual_loop: VirtualLoop | None = None
+        self.graph: Graph
+        """The graph, once it is built."""
         self.loop_factory: LoopFactory = chosen_loop(self.given.event_loop, simulated=self.simulated)
 
     @property

@@ -147,7 +147,11 @@ class Course:
     def __init__(
         self, name: str, bus: Bus, log: Log, watchdog: Watchdog | None, *, grace_s: float, prints_failures: bool
     ) -> None:
-        self.name, self.bus, self.log, self.watchdog, self.grace_s = name, bus, log, watchdog, grace_s
+        self.name: str = name
+        self.bus: Bus = bus
+        self.log: Log = log
+        self.watchdog: Watchdog | None = watchdog
+        self.grace_s: float = grace_s
         self.clock: Clock = bus.clock
         self.prints_failures = prints_failures
         """Whether the program prints the failures at the end, so that the console need not."""

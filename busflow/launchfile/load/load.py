@@ -10,7 +10,6 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ParamSpec
 
 from busflow.errors import LaunchError, Problem
 from busflow.launchfile.load import arguments, override
@@ -25,8 +24,6 @@ from busflow.launchfile.model.doubts import Doubt, doubts
 from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import read_file
-
-P = ParamSpec("P")
 
 
 def examine(
@@ -62,26 +59,33 @@ def examine(
     return description, problems.sorted(map(str, files.paths))
 
 
-def _raising(
-    examine: Callable[P, tuple[LaunchDescription | None, tuple[Problem, ...]]],
-) -> Callable[P, LaunchDescription]:
-    """Return the form of `examine` that raises the problems."""
+def load(
+    path: str | Path,
+    *,
+    args: Mapping[str, object] | None = None,
+    assignments: Sequence[str] = (),
+    sets: Sequence[str] = (),
+    profiles: Sequence[str] = (),
+    environment: Mapping[str, str] | None = None,
+    plugins: Callable[[], Iterable[str]] = tuple,
+) -> LaunchDescription:
+    """Load a launch file; the arguments are as for `examine`.
 
-    def load(*path: P.args, **given: P.kwargs) -> LaunchDescription:
-        """Load a launch file; what can be given is as for `examine`.
-
-        Raises:
-            LaunchError: With every problem.
-        """
-        description, found = examine(*path, **given)
-        if found or description is None:
-            raise LaunchError(found)
-        return description
-
-    return load
-
-
-load = _raising(examine)
+    Raises:
+        LaunchError: With every problem.
+    """
+    description, found = examine(
+        path,
+        args=args,
+        assignments=assignments,
+        sets=sets,
+        profiles=profiles,
+        environment=environment,
+        plugins=plugins,
+    )
+    if found or description is None:
+        raise LaunchError(found)
+    return description
 
 
 def read_arguments(path: str | Path, environment: Mapping[str, str] | None = None) -> tuple[arguments.Argument, ...]:
