@@ -64,7 +64,7 @@ class Assignment:
     path: tuple[str, ...]
     """Module search path (`sys.path`) of the main process."""
     source: Source
-    """What every process of the run reads."""
+    """The launch file or plugin that every process of the run reads."""
     memory: Memory
     """Parameters and restarts of its nodes, from before the process restarted."""
     event_loop: str

@@ -37,7 +37,7 @@ def supervisors_of(
 ) -> list[Supervisor]:
     """Make a supervisor for each node. It may wait for the others, those `beside`, and what the extensions have.
 
-    A name that is found nowhere is that of a program that takes no part, as on simulated time: nothing waits for it.
+    A name that is found nowhere belongs to a program that does not run, e.g. on simulated time: no node waits for it.
     """
     supervisors = [Supervisor(each, overseer) for each in nodes]
     others = (each for extension in extensions for each in extension.prerequisites())
@@ -51,7 +51,7 @@ def node_among(supervisors: Sequence[Supervisor], which: type[Node] | str) -> No
     """Return the node of a class, or of a name; relative names are below `/`.
 
     Raises:
-        NotRunning: there is none, or more than one of the class.
+        NotRunning: the graph has no such node, or several nodes of the class.
     """
     if isinstance(which, str):
         full = absolute_name(which)

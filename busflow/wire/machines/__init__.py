@@ -8,7 +8,7 @@ ever.
 A process is called `arm:eyes` everywhere outside its launch file (`launchfile/model/placement`), so that tokens,
 queries and barriers of two machines do not meet; the barrier waits for processes of its own machine alone. The tokens
 of other main processes say which machines are linked. `probe` connects by hand to a machine that is missing, since
-Zenoh retries without a word. `runner/planning/machine` makes of a description that of one machine, and its credentials
+Zenoh retries without a word. `runner/planning/machine` derives the description of one machine, and its credentials
 are checked by a TLS handshake with themselves, in memory. `remote` is a run as `--run viewer@FILE` finds it.
 docs/decisions/0009 has the reasons.
 """
