@@ -21,7 +21,6 @@ from busflow.processes.assignment import Assignment, ParameterReports
 from busflow.processes.pipe import PipeWriter
 from busflow.runner.assembly import Feature, Given, Kind, Role, Run
 from busflow.runner.extension import Extension
-from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.own_process import leave
 from busflow.runner.run import run_graph
 from busflow.wire.mirror.membership import Membership
@@ -58,9 +57,10 @@ def main(assignment: Assignment, pipe: int) -> ExitCode:
         _set_environment(assignment.outer)
         description = _description(assignment)
         _set_environment({**description.environment, **assignment.env})
-        graph = _graph(description, assignment, writer, commands)
+        run = _run(description, assignment, writer, commands)
+        graph = run.graph
         _set_niceness(graph, assignment.nice)
-        code = run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))
+        code = run_graph(graph, loop_factory=run.loop_factory)
     except NodeFailed:
         failures = [failure.render() for failure in graph.failures] if graph is not None else []
     except BusflowError as error:
@@ -141,8 +141,8 @@ def _adopt_settings(assignment: Assignment) -> None:
         stream.reconfigure(line_buffering=True)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]  # they are pipes
 
 
-def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeWriter, commands: _Commands) -> Graph:
-    """Build this process's part of the graph; other nodes are neither imported nor built.
+def _run(description: LaunchDescription, assignment: Assignment, writer: PipeWriter, commands: _Commands) -> Run:
+    """Build this process's part of the run; other nodes are neither imported nor built.
 
     Raises:
         LaunchError: a node that could be built in the main process cannot be built here.
@@ -154,12 +154,14 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
         sinks=(writer.log,),
         prints_failures=assignment.prints_failures,
         watchdog_s=assignment.watchdog_s,
+        event_loop=assignment.event_loop,
     )
     own: dict[Feature, Callable[[Run], object]] = {
         Feature.LINK: lambda run: run.graph.attach(_Part(run.graph, assignment, writer)),
         Feature.RECORDER: lambda run: _record(run.graph, assignment.record, writer, commands),
     }
-    graph = Run([part], Kind.RUN, given, role=Role.WORKER, own=own).build()
+    run = Run([part], Kind.RUN, given, role=Role.WORKER, own=own)
+    graph = run.build()
     commands.stop(graph.course)
     plan = graph.plan()
     if len(plan.nodes) != len(assignment.nodes):
@@ -170,7 +172,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
     graph.bus.observe(ParameterReports(lambda changes: writer.send(parameters=changes)))
     # The problems of this part are not those of the whole graph, which the main process has shown.
     plan.problems.clear()
-    return graph
+    return run
 
 
 def _record(graph: Graph, data: Mapping[str, Any] | None, writer: PipeWriter, commands: _Commands) -> None:
