@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self, TextIO
 
 import click
 
-from busflow.cli.terminal.output import colour, json_text, outcome_printed, print_message
+from busflow.cli.terminal.output import json_text, log_stream, outcome_printed, print_message
 from busflow.cli.terminal.run_summary import print_summary
 from busflow.errors import ExitCode, LaunchError
 from busflow.launchfile.model.description import ClockMode, LaunchDescription, RecordSpec
@@ -85,9 +84,7 @@ def _given(
 ) -> Given:
     """Return the options as a run takes them; its log goes to standard error, for people or as JSON."""
     for_people = log_format != "json"
-    # Standard error is None where the shell closed it: `2>&-`.
-    stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
-    coloured = stream.isatty() if (wanted := colour()) is None else wanted
+    stream, coloured = log_stream()
     return Given(
         source=source,
         outer=dict(os.environ),  # each process of the run reads the launch file with these variables

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -14,7 +12,7 @@ import click
 
 from busflow.bus.names import is_hidden
 from busflow.cli.options.bag import refuse_beyond_end
-from busflow.cli.terminal.output import colour, print_answer, print_message
+from busflow.cli.terminal.output import log_stream, print_answer, print_message
 from busflow.cli.terminal.player_console import Console, PlayerState
 from busflow.errors import BusflowError, ExitCode
 from busflow.log import LogRecord, console_sink
@@ -46,8 +44,7 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
         hidden = unplayed(bag, asked)
     player = Player(**asked)
     errors: list[str] = []
-    stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
-    coloured = stream.isatty() if (wanted := colour()) is None else wanted
+    stream, coloured = log_stream()
     write = console_sink(stream, colour=coloured)
 
     def sink(record: LogRecord) -> None:

@@ -9,7 +9,8 @@ import select
 import sys
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager, nullcontext
-from typing import Any
+from pathlib import Path
+from typing import Any, TextIO
 
 import click
 
@@ -29,6 +30,13 @@ def colour() -> bool | None:
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
         return False
     return True if os.environ.get("FORCE_COLOR") else None
+
+
+def log_stream() -> tuple[TextIO, bool]:
+    """Return the stream for the log of a run, and whether to colour it: standard error, unless the shell closed it."""
+    # Standard error is None after `2>&-`.
+    stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
+    return stream, stream.isatty() if (wanted := colour()) is None else wanted
 
 
 def print_message(text: str, *, error_stream: bool = True) -> None:
