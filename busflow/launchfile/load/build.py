@@ -67,6 +67,7 @@ class Builder:
             programs=tuple(self._programs()),
             network=network,
             ros2=ros2_of(keys, self.part.tree, network, self.problems),
+            line=keys.network.line,
             clock=ClockSpec(clock.mode, clock.start, clock.rate),
             seed=clock.seed if keys.seed is None else keys.seed,
             record=None if keys.record is None else record_spec(keys.record),

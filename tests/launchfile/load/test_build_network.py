@@ -95,3 +95,10 @@ def test_ros2_takes_its_defaults_and_stated_values(folder):
     assert folder.load("network: {ca: ca.pem}\nnodes: {a: {plugin: p}}\n").ros2 is None
     found = folder.load("network: {ros2: {transport: dds, interface: eth0}}\nnodes: {a: {plugin: p}}\n").ros2
     assert (found.transport, found.interface) == (Ros2Transport.DDS, "eth0")
+
+
+def test_a_run_of_one_machine_states_whether_its_processes_use_lines(folder):
+    for stated in (True, False):
+        found = folder.load(f"network: {{line: {str(stated).lower()}}}\nnodes: {{a: {{plugin: p}}}}\n")
+        assert found.line is stated
+        assert list(found.network.machines) == ["main"]
