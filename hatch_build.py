@@ -42,19 +42,23 @@ class CustomBuildHook(BuildHookInterface[Any]):
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002  # of the interface
         """Write the file before the wheel's files are collected."""
-        text = json.dumps(described(SOURCES))
         inside = DATA.relative_to(ROOT).as_posix()
         try:
-            _replace(DATA, text)
+            describe_messages()
             build_data["artifacts"].append(f"/{inside}")
         except OSError:  # the source tree can only be read: the wheel has the file all the same
             made = Path(self.directory, DATA.name)
-            _replace(made, text)
+            _replace(made, json.dumps(described(SOURCES)))
             build_data["force_include"][str(made)] = inside
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002  # of the interface
         """Remove what was written beside the wheel."""
         Path(self.directory, DATA.name).unlink(missing_ok=True)
+
+
+def describe_messages() -> None:
+    """Write the file into the source tree."""
+    _replace(DATA, json.dumps(described(SOURCES)))
 
 
 def described(sources: Path) -> dict[str, Any]:

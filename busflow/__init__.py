@@ -34,6 +34,7 @@ def imported_at_use(namespace: dict[str, Any]) -> Callable[[str], Any]:
         namespace[name] = value
         return value
 
+    namespace["__dir__"] = lambda: [*namespace, *find("__all__")]
     return find
 
 

@@ -24,6 +24,8 @@ from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
 from busflow.bus.subscription import Subscription
 from busflow.clock import SimClock
+from busflow.errors import UnknownType
+from busflow.interfaces.encoding.builtin_types import DATA, SOURCES, read
 from busflow.msgs.std_msgs import Int64
 from busflow.wire.zenoh.run_directory import find_run, runs
 from tests.extras import require_extra
@@ -51,7 +53,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Draw the seed of a shuffle once, before there are workers, which get it from this process."""
+    """Describe messages that were changed, and draw the seed of a shuffle once, before there are workers."""
+    if not hasattr(config, "workerinput"):
+        describe_changed_messages()
     if config.option.update:
         config.option.numprocesses = 0  # two workers would write one golden file
         config.option.dist, config.option.tx = "no", []
@@ -59,6 +63,14 @@ def pytest_configure(config: pytest.Config) -> None:
         config.option.shuffle_seed = config.workerinput["shuffle_seed"]
     elif config.option.shuffle and config.option.shuffle_seed is None:
         config.option.shuffle_seed = random.SystemRandom().randrange(1_000_000)
+
+
+def describe_changed_messages() -> None:
+    """Do for a clone what `pip install -e .` does, so that tests see the messages as their sources say."""
+    try:
+        read(DATA, SOURCES)
+    except UnknownType:
+        import_module("hatch_build").describe_messages()
 
 
 def import_a_share(config: pytest.Config, worker: int, workers: int) -> None:

@@ -1,0 +1,22 @@
+# `imported_at_use` reads the homes of the names here, so each has a line of its own.
+from busflow.msgs.rcl_interfaces.logging import GetLoggerLevels as GetLoggerLevels
+from busflow.msgs.rcl_interfaces.logging import Log as Log
+from busflow.msgs.rcl_interfaces.logging import LoggerLevel as LoggerLevel
+from busflow.msgs.rcl_interfaces.logging import SetLoggerLevels as SetLoggerLevels
+from busflow.msgs.rcl_interfaces.logging import SetLoggerLevelsResult as SetLoggerLevelsResult
+from busflow.msgs.rcl_interfaces.parameters import FloatingPointRange as FloatingPointRange
+from busflow.msgs.rcl_interfaces.parameters import IntegerRange as IntegerRange
+from busflow.msgs.rcl_interfaces.parameters import ListParametersResult as ListParametersResult
+from busflow.msgs.rcl_interfaces.parameters import Parameter as Parameter
+from busflow.msgs.rcl_interfaces.parameters import ParameterDescriptor as ParameterDescriptor
+from busflow.msgs.rcl_interfaces.parameters import ParameterEvent as ParameterEvent
+from busflow.msgs.rcl_interfaces.parameters import ParameterEventDescriptors as ParameterEventDescriptors
+from busflow.msgs.rcl_interfaces.parameters import ParameterType as ParameterType
+from busflow.msgs.rcl_interfaces.parameters import ParameterValue as ParameterValue
+from busflow.msgs.rcl_interfaces.parameters import SetParametersResult as SetParametersResult
+from busflow.msgs.rcl_interfaces.services import DescribeParameters as DescribeParameters
+from busflow.msgs.rcl_interfaces.services import GetParameters as GetParameters
+from busflow.msgs.rcl_interfaces.services import GetParameterTypes as GetParameterTypes
+from busflow.msgs.rcl_interfaces.services import ListParameters as ListParameters
+from busflow.msgs.rcl_interfaces.services import SetParameters as SetParameters
+from busflow.msgs.rcl_interfaces.services import SetParametersAtomically as SetParametersAtomically
