@@ -15,6 +15,8 @@ QUESTIONS = (
     "timers",
     "loops",
     "processes",
+    "age",
+    "beside",
     "messages",
     "startup",
     "shares",

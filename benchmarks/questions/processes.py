@@ -70,8 +70,15 @@ async def _link(contender: Contender, folder: Path, size: int, seconds: float) -
 
 def run_nodes(folder: Path, kind: str, size: int, seconds: float, *options: str) -> Sample:
     """Two nodes in two processes of a run, as a launch file places them."""
+    return run_launch_file(
+        folder, LAUNCH_FILE.format(nodes=NODES, kind=kind, size=size, seconds=seconds, folder=folder), *options
+    )
+
+
+def run_launch_file(folder: Path, text: str, *options: str) -> Sample:
+    """The figures that a node of a run writes down."""
     file = folder / "crossing.yaml"
-    file.write_text(LAUNCH_FILE.format(nodes=NODES, kind=kind, size=size, seconds=seconds, folder=folder))
+    file.write_text(text)
     (folder / "run").mkdir(mode=0o700)
     environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(folder / "run"), "PYTHONPATH": str(ROOT)}
     run = subprocess.Popen(  # noqa: S603  # our own command
