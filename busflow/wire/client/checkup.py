@@ -182,7 +182,8 @@ def _dropped(topic: TopicView, end: EndView, dropped: int) -> Problem:
     worst = max(reasons, key=lambda reason: reasons[reason], default="")
     published = counted(end.details.get("published", 0), "message")
     text = f"{end.node} dropped {dropped} of {published} on {topic.name} ({why}), depth {end.details['depth']}"
-    text += f"; {remark}" if (remark := end.details.get("remark")) else ""
+    remark = end.details.get("remark") or ("it is a slow reader" if worst == "overflow" else "")
+    text += f"; {remark}" if remark else ""
     return Problem("dropped", text, _REMEDIES.get(worst, "see busflow topic stats"), severity=Severity.WARNING)
 
 
@@ -193,6 +194,8 @@ def _losses(answers: Answers) -> Iterator[Problem]:
                 if count and not reason.startswith("inbox_"):  # `_inbox` reports those
                     what, fix = _LOSSES.get(reason, (reason, ""))
                     way, end = ("to", "out") if reason in OUTGOING else ("from", "in")
+                    readers = ", ".join(dict.fromkeys(each["node"] for each in topic.get("subscriptions", ())))
+                    what += f" at {readers}" if reason == "lost" and readers else ""
                     text = f"{counted(count, 'message')} on {topic['name']} {way} other processes {what}"
                     yield Problem(f"{reason}-on-the-way-{end}", text, fix or None, severity=Severity.WARNING)
 

@@ -86,7 +86,11 @@ ANSWERS = {
     "failed calls": answer(services=[{"name": "/arm/grip", "servers": [SERVER], "clients": [CLIENT]}]),
     "drops": answer(topics=[topic(subscriptions=[subscription(dropped=4, drops={"expired": 1, "overflow": 3})])]),
     "losses": answer(
-        topics=[topic(losses=LOSSES), topic("/y", losses={"lost": 0})],
+        topics=[
+            topic(losses=LOSSES),
+            topic("/y", losses={"lost": 0}),
+            topic("/z", subscriptions=[subscription("/a"), subscription("/b")], losses={"lost": 1}),
+        ],
         inbox={"dropped": 2, "refused": 1},
         timers=[{"node": "/source", "name": "tick", "fired": 90, "missed": 10}],
     ),
