@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.interfaces.message import Message
     from busflow.log import Logger
+    from busflow.wire.line.lines import Lines
     from busflow.wire.queries.queries import Supports
     from busflow.wire.shared_memory.arena import Arenas
     from busflow.wire.shared_memory.neighbours import MemoryNeighbours
@@ -42,6 +43,8 @@ class Connection:
     """The sessions that can read it."""
     on_loop: Callable[..., None]
     """Runs a function on the event loop, from any thread."""
+    lines: Lines | None = None
+    """The lines to other processes of this machine; None where all messages go through Zenoh."""
     domain: int = DOMAIN
     describes_types: bool = False
     """Whether each node describes the types of its process, as nodes of ROS 2 do."""
@@ -54,6 +57,8 @@ class Connection:
         """Wait until what was published and answered last has left, before the session closes."""
         for thread in (self.sender, self.replier):
             thread.finish(timeouts.current.last_messages)
+        if self.lines is not None:
+            self.lines.finish(timeouts.current.last_messages)
         if max(self.sender.largest, self.replier.largest) >= LARGE:
             sleep(timeouts.current.overtaken)
 

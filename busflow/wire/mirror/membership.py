@@ -71,7 +71,8 @@ class Membership(Extension):
         from busflow.wire.mirror.mirror import Mirror
 
         history = _history(self._graph)
-        self._mirror = Mirror(self._graph, session, self._card, self._process, history, self._about)
+        lines = _line_directory(self._graph, self._directory)
+        self._mirror = Mirror(self._graph, session, self._card, self._process, history, self._about, lines)
         self._mirror.begin()
         self._barrier = Barrier(self._mirror, session, self._process, on_change=self._on_change)
         if self._on_version is not None:
@@ -183,7 +184,8 @@ class Inspection(Extension):
         name, process = directory.path.name, SOCKET.removesuffix(".sock")
         started_ns = SystemClock().now().nanoseconds  # wall time, whatever clock the graph has
         card = card_of(self._graph, name, process, since_ns=started_ns, network=network)
-        self._mirror = Mirror(self._graph, session, card, process, _history(self._graph))
+        lines = _line_directory(self._graph, directory.inside)
+        self._mirror = Mirror(self._graph, session, card, process, _history(self._graph), lines=lines)
         self._mirror.begin()
         directory.write_card(card)
         if network is not None and network.ros2 is not None:
@@ -196,6 +198,11 @@ def _history(graph: Graph) -> Mapping[str, int]:
     """Return how many messages of a topic are kept for `--last`, where a launch file says it."""
     topics = [topic for each in graph.descriptions for topic in each.topics]
     return {topic.topic: topic.history for topic in topics if topic.history is not None}
+
+
+def _line_directory(graph: Graph, directory: Path) -> Path | None:
+    """Return the run's directory if its processes send each other messages by lines, whose sockets lie there."""
+    return directory if graph.descriptions and all(each.line for each in graph.descriptions) else None
 
 
 def _version() -> str:

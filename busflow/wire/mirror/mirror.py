@@ -44,12 +44,15 @@ from busflow.wire.zenoh.sender import SenderThread
 from busflow.wire.zenoh.session import links_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from busflow.bus.bus import AnyEndpoint
     from busflow.bus.services.client import Client
     from busflow.bus.services.server import Server
     from busflow.bus.topic import Topic
     from busflow.node.parameter_store import ParameterStore
     from busflow.runner.graph import Graph
+    from busflow.wire.line.lines import Lines
     from busflow.wire.zenoh.run_directory import RunCard
 
 MirroredEndpoint = Publisher[Any] | Subscription[Any]
@@ -66,6 +69,7 @@ class Mirror(BusObserver):
         process: str,
         history: Mapping[str, int],
         about: Callable[[], Mapping[str, Any]] = dict,
+        lines: Path | None = None,
     ) -> None:
         """Create a mirror; it shows nothing until the event loop calls `begin`.
 
@@ -77,6 +81,7 @@ class Mirror(BusObserver):
             history: by final topic name, how many messages are kept for `--last`.
             about: returns the facts about this process that are not in its graph, and those about processes that
                 cannot answer.
+            lines: the directory with the sockets of the lines to the run's other processes; None without lines.
         """
         self._graph, self._session, self._process = graph, session, process
         self._log = graph.log.bind("busflow")
@@ -84,8 +89,11 @@ class Mirror(BusObserver):
         self._supports = cache(TypeSupport)
         sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
         arenas, neighbours = Arenas(), MemoryNeighbours(session, self._on_loop, self._suit_receivers, self._log)
+        self._zid = str(session.info.zid())
+        self._lines = None if lines is None else self._lines_in(lines)
         self._connection = Connection(
             *(graph.bus, session, self._supports, sender, replier, self._log, arenas, neighbours, self._on_loop),
+            lines=self._lines,
             domain=card.domain,
             describes_types=card.ros2_domain is not None,
         )
@@ -96,7 +104,6 @@ class Mirror(BusObserver):
             *(graph, card, process, self._supports, self._history, self._presence.tokens),
             about=lambda: {"shared_memory": self._connection.arenas.capacity, **about()},
         )
-        self._zid = str(session.info.zid())
         self._node_ids: dict[str, int] = {}
         self._ids = 0
         self._nodes: dict[str, zenoh.LivelinessToken] = {}
@@ -112,6 +119,8 @@ class Mirror(BusObserver):
     def begin(self) -> None:
         """Show the nodes, and from now on every new endpoint; called before the first endpoint is attached."""
         self._loop = asyncio.get_running_loop()
+        if self._lines is not None:
+            self._lines.begin()  # before any token: others connect as soon as they see one
         for supervisor in self._graph.supervisors:
             self._node_id(supervisor.name)
         self._graph.bus.observe(self)
@@ -158,6 +167,8 @@ class Mirror(BusObserver):
         self._session.close()  # this ends a waiting recv() or put()
         self._remote_publishers.close()
         self._services.close()
+        if self._lines is not None:
+            self._lines.close()
         self._connection.sender.close()
         self._connection.replier.close()
 
@@ -180,17 +191,22 @@ class Mirror(BusObserver):
 
     def unconnected(self, sessions: Collection[str]) -> list[str]:
         """Return the topics published here that one of these sessions cannot receive yet."""
+        return sorted({outlet.publisher.topic for outlet in self._unreached(sessions)})
+
+    def _unreached(self, sessions: Collection[str] | None = None) -> list[Outlet]:
+        """Return the outlets whose topics one of these sessions, or of all, receives, but nothing from here yet."""
+        if self._lines is not None:
+            self._lines.read()
         wanted = self._presence.received(sessions)
-        return sorted({end.topic for end, outlet in self._outlets.items() if end.topic in wanted and not outlet.open})
+        found = [(outlet, wanted.get(end.topic, ())) for end, outlet in self._outlets.items()]
+        return [outlet for outlet, receivers in found if not all(map(outlet.reaches, receivers))]
 
     def _after_matching(self, question: Question) -> Question:
         """Wrap a question so that the outlets of topics with known subscriptions open before the answer."""
 
         def answer(arguments: Mapping[str, Any]) -> object:
-            wanted = self._presence.received()
-            for end, outlet in self._outlets.items():
-                if end.topic in wanted and not outlet.open:
-                    outlet.check_subscribers()
+            for outlet in self._unreached():
+                outlet.check_subscribers()
             return question(arguments)
 
         return answer
@@ -386,6 +402,17 @@ class Mirror(BusObserver):
         for supervisor in self._graph.supervisors:
             supervisor.runtime.parameter_events.declare()
 
+    def _lines_in(self, directory: Path) -> Lines:
+        from busflow.wire.line.lines import Lines  # a run without lines does not load it
+
+        return Lines(directory, self._zid, self._on_route, self._log)
+
+    def _on_route(self, key: str) -> None:
+        """Open or close the outlets of a key, because a process has begun or ceased to receive it by a line."""
+        for outlet in self._outlets.values():
+            if outlet.key == key:
+                outlet.check_routes()
+
     def _on_loop(self, work: Any, *arguments: Any) -> None:
         """Call a function on the event loop, from any thread."""
         loop = self._loop
@@ -459,10 +486,13 @@ class Presence:
         """Return how many tokens of a session are known."""
         return sum(token.session == session for token in self.tokens.values())
 
-    def received(self, sessions: Collection[str] | None = None) -> set[str]:
-        """Return the topics to which nodes of these sessions, or of any session, subscribe."""
-        found = [token for token in self.tokens.values() if sessions is None or token.session in sessions]
-        return {token.topic for token in found if token.kind is TokenKind.SUBSCRIPTION}
+    def received(self, sessions: Collection[str] | None = None) -> Mapping[str, set[str]]:
+        """Return the topics to which nodes of these sessions, or of any session, subscribe, and which of them do."""
+        found: dict[str, set[str]] = {}
+        for token in self.tokens.values():
+            if token.kind is TokenKind.SUBSCRIPTION and (sessions is None or token.session in sessions):
+                found.setdefault(token.topic, set()).add(token.session)
+        return found
 
 
 def _depth(token: Token) -> int:

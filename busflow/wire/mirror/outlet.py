@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from busflow.bus.qos import Reliability
 from busflow.bus.statistics import EARLY, UNSENT
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
+from busflow.wire.line.arena import Pieces
 from busflow.wire.mirror.burst import BurstSender
 from busflow.wire.mirror.held_messages import HeldMessages
 from busflow.wire.shared_memory.writer import MemoryWriter
@@ -28,6 +28,7 @@ from busflow.wire.zenoh.sender import LARGE, LARGEST
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.wire.line.route import Route
     from busflow.wire.mirror.connection import Connection
 
     _ZenohPublisher = zenoh.Publisher | zenoh.ext.AdvancedPublisher
@@ -35,18 +36,6 @@ if TYPE_CHECKING:
 _HEARTBEAT_S = 0.5
 _BULKY = 8 * 1024
 """The size from which messages of types that are mostly bytes count as large: clouds, compressed images."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Pieces:
-    """An encoded message whose large arrays are not copied yet."""
-
-    pieces: Sequence[Any]
-    size: int
-
-    @property
-    def joined(self) -> bytes:
-        return b"".join(self.pieces)
 
 
 class Outlet:
@@ -95,10 +84,16 @@ class Outlet:
         self.sent: int = 0
         session, support = connection.session, connection.supports(publisher.type)
         self._publisher, self._support, self._gid = publisher, support, token.gid
-        self._key = connection.key(publisher.topic, support)
+        self.key: str = connection.key(publisher.topic, support)
+        """The key under which Zenoh and the lines carry its messages."""
         self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
-        self._wanted = self._closed = False
+        self._wanted = self._matched = self._closed = False
         latched = publisher.endpoint.qos.latched
+        self._lines = connection.lines
+        self._routes: Sequence[Route] = ()
+        """The routes of those that receive its key by a line: always the same list, which the lines keep."""
+        if self._lines is not None and not latched:
+            self._routes = self._lines.routes(self.key)
         self._room = 0 if latched else expected
         """Number of messages that may be held; 0 while none are to be held."""
         self._is_new = self._room > 0
@@ -110,10 +105,10 @@ class Outlet:
         self._memory = MemoryWriter(connection.arenas)
         self._places = self._burst_publisher = self._humble = None
         if latched:
-            self._zenoh_publisher = _latched(session, self._key, publisher, support)
+            self._zenoh_publisher = _latched(session, self.key, publisher, support)
             self._limit = 0 if support.is_bulky else LARGE
         else:
-            self._zenoh_publisher = _plain(session, self._key, publisher, zenoh.Priority.DATA)
+            self._zenoh_publisher = _plain(session, self.key, publisher, zenoh.Priority.DATA)
         self._bursts = BurstSender(self._put, self._put_burst)
         self._zenoh_publishers: list[_ZenohPublisher] = [self._zenoh_publisher]
         self._token = session.liveliness().declare_token(str(token))
@@ -127,15 +122,18 @@ class Outlet:
         """The publisher whose messages this sends."""
         return self._publisher
 
-    @property
-    def open(self) -> bool:
-        """True if published messages leave the process."""
-        return self._wanted
+    def reaches(self, session: str) -> bool:
+        """Return whether published messages go to this session: by a line, or by Zenoh to all that subscribe there."""
+        return self._by_zenoh or any(route.session == session for route in self._routes)
 
     def check_subscribers(self) -> None:
         """Ask Zenoh whether another process subscribes, because its notification may come later."""
-        if not self._closed and not self._wanted:
+        if not self._closed and not self._by_zenoh:
             self._set_wanted(self._is_matched())
+
+    def check_routes(self) -> None:
+        """Open or close, because a process has begun or ceased to receive the key by a line."""
+        self._set_wanted(self._matched)
 
     def expect(self, depth: int) -> None:
         """Hold the next messages for new subscriptions, the deepest of this depth; hold none if it is 0.
@@ -168,7 +166,7 @@ class Outlet:
     def follow(self, publisher: Publisher[Any]) -> None:
         """Send the messages of this publisher, which replaces the former one after a restart of its node."""
         self._publisher = publisher
-        self._set_wanted(self._wanted)
+        self._set_wanted(self._matched)
 
     def flush(self) -> None:
         """Send what waits for the end of the loop's turn."""
@@ -203,10 +201,15 @@ class Outlet:
         zenoh_publisher: Any = self._zenoh_publisher
         return self._publisher.endpoint.qos.latched or zenoh_publisher.matching_status.matching
 
-    def _set_wanted(self, wanted: bool) -> None:
+    @property
+    def _by_zenoh(self) -> bool:
+        return self._matched or self._humble is not None
+
+    def _set_wanted(self, matched: bool) -> None:
         if self._closed:
             return
-        self._wanted = wanted = wanted or self._humble is not None
+        self._matched = matched
+        self._wanted = wanted = self._by_zenoh or bool(self._routes)
         if wanted and self._held is None and not self._is_new:
             self._room = 0
         self._install()
@@ -221,6 +224,8 @@ class Outlet:
         if held is None or self._closed:
             return
         self._room, self._is_new = 0, False
+        if self._lines is not None:
+            self._lines.read()
         self.check_subscribers()
         messages = held.release()
         if self._wanted:
@@ -247,14 +252,14 @@ class Outlet:
         else:
             self._pass_on(payload, attachment, now_ns)
 
-    def _encoded(self, message: Message) -> bytes | _Pieces:
-        if self._encode_in_pieces is None or not self._memory.has_readers:
+    def _encoded(self, message: Message) -> bytes | Pieces:
+        if self._encode_in_pieces is None or not (self._routes or self._memory.has_readers):
             payload = self._support.encode(message)
             size = len(payload)
         else:
             pieces = self._encode_in_pieces(message)
             size = sum(memoryview(piece).nbytes for piece in pieces)
-            payload = _Pieces(pieces, size)
+            payload = Pieces(pieces, size)
         if size > LARGEST:
             raise MalformedMessage(f"{size:,} bytes are too large a message; {LARGEST:,} may be sent")
         return payload
@@ -267,12 +272,16 @@ class Outlet:
         if losses[UNSENT] == 1:
             self._log.warning(f"a message on {topic} cannot leave the process: {why}")
 
-    def _pass_on(self, payload: bytes | _Pieces, attachment: bytes, now_ns: int) -> None:
+    def _pass_on(self, payload: bytes | Pieces, attachment: bytes, now_ns: int) -> None:
         self.sent += 1
+        if self._lines is not None and self._routes:
+            self._lines.send(self.key, payload, attachment, now_ns)
+            if not self._by_zenoh:
+                return
         if self._humble is not None:
             whole = payload if isinstance(payload, bytes) else payload.joined
             self._pass_to_humble(self._humble, whole, attachment)
-        if isinstance(payload, _Pieces):
+        if isinstance(payload, Pieces):
             put = partial(self._put_pieces, self._zenoh_publisher, self._places, payload, attachment)
             if self._sender.is_idle and self._memory.is_ready(payload.size):  # nothing to wait for or to overtake
                 put()
@@ -302,15 +311,15 @@ class Outlet:
         """Change to the lower priority with the first large message, unless a transient_local type has decided it."""
         if self._limit and not self._publisher.endpoint.qos.latched:
             session, low = self._connection.session, zenoh.Priority.DATA_LOW
-            self._zenoh_publisher = _plain(session, self._key, self._publisher, low)
+            self._zenoh_publisher = _plain(session, self.key, self._publisher, low)
             self._zenoh_publishers.append(self._zenoh_publisher)
             if self._support.is_heavy:
                 self._encode_in_pieces = self._support.encode_in_parts
-                self._places = _plain(session, memory_key(self._key), self._publisher, low)
+                self._places = _plain(session, memory_key(self.key), self._publisher, low)
         self._limit = 0
 
     def _put_pieces(
-        self, whole: _ZenohPublisher, places: zenoh.Publisher | None, payload: _Pieces, attachment: bytes
+        self, whole: _ZenohPublisher, places: zenoh.Publisher | None, payload: Pieces, attachment: bytes
     ) -> None:
         """Send a message through shared memory, or whole."""
         place = self._memory.write(payload.pieces, payload.size) if payload.size >= LARGE else None
@@ -321,7 +330,7 @@ class Outlet:
 
     def _put_burst(self, payload: bytes, attachment: bytes) -> None:
         if self._burst_publisher is None:
-            key, priority = burst_key(self._key), zenoh.Priority.DATA
+            key, priority = burst_key(self.key), zenoh.Priority.DATA
             self._burst_publisher = _plain(self._connection.session, key, self._publisher, priority)
         self._put_by(self._burst_publisher, payload, attachment)
 
