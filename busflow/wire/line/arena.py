@@ -136,6 +136,11 @@ class Stored:
     def __len__(self) -> int:
         return self.size
 
+    @property
+    def is_held(self) -> bool:
+        """Whether it still lies in its arena."""
+        return self._holders > 0
+
     def hold(self) -> None:
         """Add a holder."""
         self._holders += 1

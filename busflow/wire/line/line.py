@@ -182,7 +182,7 @@ class Line:
         error: Exception | None = None
         try:
             while self.is_open and (data := self._receive()):
-                if data[0] == Kind.MESSAGE and self._is_known:
+                if data[0] == Kind.MESSAGE and self._is_known and PAYLOAD_AT <= len(data) < MOST_BYTES:
                     if intake := self._intake(data):
                         intake.add(data[PAYLOAD_AT:], data[HEAD_BYTES:PAYLOAD_AT])
                 elif self._is_known and (reader := self._readers.get(data[0])):
@@ -224,6 +224,11 @@ class Line:
         self._announced = 0
 
     def _introduce(self, data: bytes) -> None:
+        """Note the session at the other end, which its first packet states; no other packet comes here.
+
+        Raises:
+            MalformedMessage: It is another packet, or another session.
+        """
         session = packets.read_hello(data)
         if self._is_known or self.session not in ("", session):
             raise MalformedMessage(f"another session introduces itself: {printable(session, limit=60)}")

@@ -71,7 +71,7 @@ class Lines:
             with suppress(FileNotFoundError):
                 os.unlink(path)  # noqa: PTH108  # the same path goes to the kernel
             listener.bind(path)
-            os.chmod(path, 0o600)  # noqa: PTH101
+            os.chmod(path, 0o600)  # noqa: PTH101  # as above
             listener.listen(_BACKLOG)
         except OSError as error:
             self._log.warning(f"other processes of the run cannot connect to this one: {error}")

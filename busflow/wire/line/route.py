@@ -147,10 +147,11 @@ class Route:
 
         It becomes a holder of a stored message.
         """
-        before_ns, self._last_ns = self._last_ns, now_ns
+        follows = now_ns - self._last_ns <= CLOSE_NS
+        self._last_ns = now_ns
         if (
             self.state is RouteState.READY
-            and now_ns - before_ns > CLOSE_NS
+            and not follows
             and len(self._unacknowledged) < self._window
             and isinstance(payload, bytes)
             and len(payload) <= LARGE
@@ -163,9 +164,9 @@ class Route:
                 self._unacknowledged.append(None)
                 self.sent += 1
                 return
-        self._enqueue(payload, attachment)
+        self._enqueue(payload, attachment, may_gather=follows and len(payload) <= SMALL)
 
-    def _enqueue(self, payload: bytes | Stored, attachment: bytes) -> None:
+    def _enqueue(self, payload: bytes | Stored, attachment: bytes, *, may_gather: bool) -> None:
         if self.has_ended:
             return
         if isinstance(payload, Stored):
@@ -174,7 +175,7 @@ class Route:
         self._bytes += len(payload)
         if self.state is RouteState.WAITING:
             self._drop_beyond_depth()
-        elif len(payload) > SMALL or len(self._waiting) >= MOST_TOGETHER:
+        elif not may_gather or len(self._waiting) >= MOST_TOGETHER:
             self.flush()
         elif self.state is RouteState.READY:
             self._step(RouteEvent.FOLLOWED)

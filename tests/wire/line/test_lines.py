@@ -1,4 +1,4 @@
-"""Lines: two of them in one process, on one event loop, over a folder. Real sockets, real memory."""
+"""Lines: two of them in one process, on one event loop, over a folder, with real sockets and memory."""
 
 from __future__ import annotations
 
