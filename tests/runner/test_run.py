@@ -1,6 +1,7 @@
 """A graph as the whole program: it runs for its time or until its end, and its failure is the program's."""
 
 import asyncio
+import os
 import subprocess
 import sys
 from collections.abc import Generator, Sequence
@@ -14,6 +15,7 @@ from busflow.errors import ExitCode, LaunchError, NodeFailed
 from busflow.runner.assembly import Given, Kind, Run
 from busflow.runner.loops.system import LoopFactory
 from busflow.runner.run import run_graph
+from busflow.timeouts import VARIABLE
 
 SHIELDED = """
 import asyncio, os, signal, sys
@@ -111,7 +113,8 @@ def test_the_nodes_run_on_the_given_loop():
 
 
 def test_a_loop_that_turns_ends_its_run():
-    done = subprocess.run([sys.executable, "-c", SHIELDED], stderr=subprocess.PIPE, text=True, timeout=60)
+    env = {**os.environ, VARIABLE: "grace=0.1,around=inf"}
+    done = subprocess.run([sys.executable, "-c", SHIELDED], stderr=subprocess.PIPE, text=True, env=env)
     assert done.returncode == ExitCode.INTERRUPTED
     assert "left behind" in done.stderr
     assert "did not end" not in done.stderr, "it was ended by force"

@@ -62,6 +62,7 @@ def ended(body: str) -> tuple[int, str]:
     """The exit code and standard error of a program whose main thread is in this body, within a guard."""
     program = f"""
         import os, signal, sys, threading
+        from busflow import timeouts
         from busflow.runner.signals import SignalGuard
 
         def stuck():
@@ -127,6 +128,7 @@ def test_what_is_forked_at_a_forced_end_ends():
 
 def test_a_last_act_that_hangs_keeps_nothing():
     code, _ = ended("""
+        timeouts.current = timeouts.current.but(last_act=0.1)
         guard = SignalGuard(lambda code: None, grace_s=0.01)
         guard.last_act = lambda code: stuck()
         with guard:
