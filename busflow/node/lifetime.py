@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
-from contextvars import ContextVar
 from inspect import iscoroutine
 from typing import Any
 
@@ -16,6 +16,9 @@ from busflow.bus.services.call import Activity, set_activity
 from busflow.errors import NotRunning
 from busflow.interfaces.message import Message
 from busflow.log import Logger
+
+TASK_NODE = "busflow_node"
+"""Attribute of a task of a node, or that code of users has made: the lifetime of its node, or None."""
 
 
 class NodeLifetime:
@@ -71,9 +74,13 @@ class NodeLifetime:
         self._running += 1
         self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.name}.{name}")
 
+    def own_current_task(self) -> None:
+        """Mark the running task as the node's; a handler that is a plain function may run in another node's task."""
+        setattr(asyncio.current_task(), TASK_NODE, self)
+
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         set_activity(None)  # not its creator's
-        CURRENT.set(self)
+        self.own_current_task()
         try:
             await self.awaited(coroutine)
         except BaseException as error:
@@ -105,7 +112,3 @@ class NodeLifetime:
         self._close()
         if self.on_failure is not None:
             self.on_failure(Failure(self.name, origin, error, message))
-
-
-CURRENT: ContextVar[NodeLifetime | None] = ContextVar("busflow.node", default=None)
-"""Node whose own task runs; a handler that is a plain function may run in the task of another node."""

@@ -1,13 +1,11 @@
 """Orphan tasks: a task that a node itself gives to the event loop fails that node, also if nothing awaits it.
 
-Theory of operation. asyncio reports an exception that was never retrieved when the task is collected: late, or never
-while something holds it. So a loop that runs a graph makes its tasks through `OrphanTasks`, which notes their node. The
-tasks of a node carry it in a context variable, which the tasks and callbacks that they make inherit. A handler that is
-a plain function may run in the context of another node; there the method's `self` counts. Where neither is known, the
-traceback may have a node's method. A task that failed may be awaited until its node ends; the log warns before. What
-asyncio does report, of callbacks too, fails the node at once. The way of a message costs nothing more: a task that
-busflow makes for itself is made as it is. On the loop of a program it is a guest: what is no node's stays as the
-program has it, and so does the loop when the last graph has left.
+Theory of operation. asyncio reports an exception that nothing retrieved when the task is collected, and never while
+something holds the task. So `OrphanTasks` makes the tasks of a loop that runs a graph. It notes the node of a task that
+code of users makes: the node whose plain method makes it, or the node of the task that runs. Where neither is known,
+the traceback may have a node's method. A task that failed may be awaited until its node ends; the log warns before.
+What asyncio does report, of callbacks too, fails the node at once. On the loop of a program it is a guest: what is no
+node's stays as the program has it, and so does the loop when the last graph has left.
 """
 
 from __future__ import annotations
@@ -22,8 +20,8 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from traceback import walk_tb
-from types import CodeType, FrameType
+from traceback import walk_stack, walk_tb
+from types import FrameType
 from typing import Any
 
 import anyio
@@ -32,16 +30,14 @@ from busflow import timeouts
 from busflow.bus.failure import Failure
 from busflow.errors import Stray
 from busflow.log import Log
-from busflow.node.lifetime import CURRENT, NodeLifetime
+from busflow.node.lifetime import TASK_NODE, NodeLifetime
 from busflow.node.node import Node
 from busflow.text import printable
 from busflow.validation.tracebacks import reason, shown, user_line
 
 BUSFLOW = str(Path(__file__).parents[1]) + os.sep
 """Beginning of the file names of busflow's own code."""
-_OTHERS = (BUSFLOW, *(str(Path(str(module.__file__)).parent) + os.sep for module in (asyncio, anyio)))
-_NODE = "busflow_node"
-"""Attribute of a task that code of users has made: the lifetime of its node, or None."""
+_LIBRARIES = tuple(str(Path(str(module.__file__)).parent) + os.sep for module in (asyncio, anyio))
 
 
 class OrphanTasks:
@@ -51,13 +47,12 @@ class OrphanTasks:
         """Make all tasks of this loop from now on; as a guest, until the last graph leaves."""
         self.on_orphan: list[Callable[[Stray], None]] = []
         """Called with each failure that is no node's: the graphs on this loop give up."""
-        self.left: list[Stray] = []
-        """Failures that came when there was no graph any more."""
+        self._left: list[Stray] = []
         self._loop = loop
         self._guest = guest
         self._before = loop.get_task_factory(), loop.get_exception_handler()
-        self._make: Any = self._before[0] or _plain_task
-        self._failed: list[weakref.ref[asyncio.Task[Any]]] = []
+        self._failed = weakref.WeakSet[asyncio.Task[Any]]()
+        self._report = self._before[1] or type(loop).default_exception_handler
         loop.set_task_factory(self)
         loop.set_exception_handler(self._on_exception)
 
@@ -75,21 +70,21 @@ class OrphanTasks:
 
     def __call__(self, loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any) -> asyncio.Task[Any]:
         """Make a task, as asyncio asks for it."""
-        is_users, life = _maker(sys._getframe(1))  # noqa: SLF001  # documented in spite of its name
-        if not is_users and not _is_users(getattr(coroutine, "cr_code", None)):
-            return self._make(loop, coroutine, **options)
-        token = CURRENT.set(life)
-        try:
-            task: asyncio.Task[Any] = self._make(loop, coroutine, **options)
-        finally:
-            CURRENT.reset(token)
-        setattr(task, _NODE, life)
-        task.add_done_callback(self._on_done)
+        make = self._before[0]
+        task: Any = make(loop, coroutine, **options) if make else asyncio.Task(coroutine, loop=loop, **options)
+        if makers := list(_user_frames(sys._getframe(1))):  # noqa: SLF001  # documented in spite of its name
+            setattr(task, TASK_NODE, _maker(makers))
+            task.add_done_callback(self._on_done)
         return task
 
-    def close(self, life: NodeLifetime | None = None) -> None:
+    def end(self) -> list[Stray]:
+        """Return the failures that came when there was no graph any more, now that the loop has ended."""
+        self._count(None)
+        return self._left
+
+    def _count(self, life: NodeLifetime | None) -> None:
         """Count failed tasks that nothing has awaited as failures, now that their node, or the loop, has ended."""
-        for task in [found for each in self._failed if (found := each()) is not None]:
+        for task in tuple(self._failed):
             if (error := _unawaited(task)) is not None and life in {None, owner := _life(task, error)}:
                 self._fail(owner, _origin(task), error)
                 task.exception()  # asyncio need not report it as well
@@ -97,10 +92,10 @@ class OrphanTasks:
     def _on_done(self, task: asyncio.Task[Any]) -> None:
         if (error := _unawaited(task)) is None or ((life := _life(task, error)) is None and self._guest):
             return
-        self._failed.append(reference := weakref.ref(task, self._failed.remove))
+        self._failed.add(task)
         if life is not None:
-            life.on_end = partial(self.close, life)
-            self._loop.call_later(timeouts.current.unawaited, self._warn, life, reference)
+            life.on_end = partial(self._count, life)
+            self._loop.call_later(timeouts.current.unawaited, self._warn, life, weakref.ref(task))
 
     def _warn(self, life: NodeLifetime, reference: weakref.ref[asyncio.Task[Any]]) -> None:
         if (task := reference()) is not None and (error := _unawaited(task)) is not None:
@@ -115,21 +110,11 @@ class OrphanTasks:
         life = _life(task, error) if isinstance(error, BaseException) else None
         ours = isinstance(error, BaseException) and not loop.is_closed() and (life is not None or not self._guest)
         if not ours or not self.on_orphan:
-            self._report(context)
-        if not ours:
-            return
-        if hasattr(task, _NODE):
-            origin = _origin(task)
-        else:
-            origin = "a callback of the event loop" if "handle" in context else printable(context["message"], limit=200)
-        loop.call_soon_threadsafe(self._fail, life, origin, error)  # in any thread, where the collector works
-
-    def _report(self, context: dict[str, Any]) -> None:
-        """Report as if there were no graph: by the handler of the loop's owner, else by asyncio's."""
-        if (before := self._before[1]) is not None:
-            before(self._loop, context)
-        else:
-            self._loop.default_exception_handler(context)
+            self._report(loop, context)
+        if ours:
+            where = "a callback of the event loop" if "handle" in context else printable(context["message"], limit=200)
+            origin = _origin(task) if hasattr(task, TASK_NODE) else where
+            loop.call_soon_threadsafe(self._fail, life, origin, error)  # in any thread, where the collector works
 
     def _fail(self, life: NodeLifetime | None, origin: str, error: BaseException) -> None:
         if life is not None and life.on_failure is not None and self.on_orphan:
@@ -138,13 +123,13 @@ class OrphanTasks:
         owner = "no node is known for what" if life is None else f"node {life.name}"
         orphan = Stray(f"{owner} {Failure('', origin, error).summary}")
         orphan.__cause__ = error
-        for report in self.on_orphan or [self.left.append]:
+        for report in self.on_orphan or [self._left.append]:
             report(orphan)
 
 
 def _life(task: Any, error: BaseException) -> NodeLifetime | None:
     """Return the lifetime of the node that made a task, or else of a method that the error has left."""
-    return getattr(task, _NODE, None) or life_in(reversed([frame for frame, _ in walk_tb(error.__traceback__)]))
+    return getattr(task, TASK_NODE, None) or life_in(reversed([frame for frame, _ in walk_tb(error.__traceback__)]))
 
 
 def _unawaited(task: asyncio.Task[Any]) -> BaseException | None:
@@ -160,18 +145,6 @@ def _origin(task: asyncio.Task[Any]) -> str:
     return f"task {_name(task)} that was not awaited: use self.spawn(…)"
 
 
-def _plain_task(loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any) -> asyncio.Task[Any]:
-    return asyncio.Task(coroutine, loop=loop, **options)
-
-
-def orphans_left(loop: asyncio.AbstractEventLoop) -> list[Stray]:
-    """Return the failures on a closed loop that came without a graph."""
-    if (tasks := OrphanTasks.of(loop)) is None:
-        return []
-    tasks.close()
-    return tasks.left
-
-
 @contextmanager
 def unawaited_logged(log: Log) -> Generator[None]:
     """Log where a coroutine was made and never awaited, instead of Python's warning on standard error."""
@@ -183,11 +156,11 @@ def unawaited_logged(log: Log) -> Generator[None]:
             return
         frame = sys._getframe(1)  # noqa: SLF001  # as above
         life, where = life_in(_user_frames(frame)), {"at": f"{shown(filename)}:{lineno}"}
-        if filename.startswith(BUSFLOW):  # a variable kept it until the handler returned to what calls it
-            where = {"called_by": _caller(frame)}
-        (log.bind("busflow") if life is None else life.log).warning(
-            f"{message}, so nothing of it has run: write await before the call", **where
-        )
+        if filename.startswith(BUSFLOW):  # a variable kept it until the handler returned to the timer or endpoint
+            callers = (each for each, _ in walk_stack(frame) if each.f_code.co_filename.startswith(BUSFLOW))
+            where = {"called_by": repr(next(callers).f_locals.get("self"))}
+        text = f"{message}, so nothing of it has run: write await before the call"
+        (log.bind("busflow") if life is None else life.log).warning(text, **where)
 
     warnings.showwarning = show
     try:
@@ -196,35 +169,23 @@ def unawaited_logged(log: Log) -> Generator[None]:
         warnings.showwarning = before
 
 
-def _caller(frame: FrameType | None) -> str:
-    """Describe the endpoint or timer whose method is the first of busflow's own around a frame."""
-    while frame is not None and not frame.f_code.co_filename.startswith(BUSFLOW):
-        frame = frame.f_back
-    return repr(frame.f_locals.get("self")) if frame is not None else ""
-
-
-def _is_users(code: CodeType | None) -> bool:
-    return code is not None and not code.co_filename.startswith(_OTHERS)
-
-
-def _maker(frame: FrameType | None) -> tuple[bool, NodeLifetime | None]:
-    """Return whether code of users makes a task, and the lifetime of its node if it is known.
+def _maker(frames: Iterable[FrameType]) -> NodeLifetime | None:
+    """Return the lifetime of the node whose plain method is among the frames, else of the task that runs a coroutine.
 
     The variables of a coroutine are left alone: the frame would keep what was read, as long as the coroutine waits.
     """
-    frames = [*_user_frames(frame)]
     for each in frames:
         if each.f_code.co_flags & (inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR):
-            return True, CURRENT.get()
+            return getattr(asyncio.current_task(), TASK_NODE, None)
         if (life := life_in([each])) is not None:
-            return True, life
-    return bool(frames), None
+            return life
+    return None
 
 
 def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:
     """Yield a frame and those around it up to where busflow called, without those of libraries."""
-    while frame is not None and not frame.f_code.co_filename.startswith(BUSFLOW):
-        if _is_users(frame.f_code):
+    while frame is not None and not (file := frame.f_code.co_filename).startswith(BUSFLOW):
+        if not file.startswith(_LIBRARIES):
             yield frame
         frame = frame.f_back
 

@@ -15,7 +15,7 @@ from busflow.runner.extension import Extension
 from busflow.runner.garbage import StepwiseCollection
 from busflow.runner.graph import Graph
 from busflow.runner.loops.system import LoopFactory, answers, new_event_loop
-from busflow.runner.orphan_tasks import OrphanTasks, orphans_left, unawaited_logged
+from busflow.runner.orphan_tasks import OrphanTasks, unawaited_logged
 from busflow.runner.signals import SignalGuard
 from busflow.runner.supervisor import Supervisor
 
@@ -57,13 +57,12 @@ def run_graph(
     ):
         graph.attach(_Program(graph, guard, collection, for_s))
         guard.goes_on = partial(_goes_on, graph, loop := runner.get_loop())
-        if OrphanTasks.of(loop) is None:
-            OrphanTasks(loop)
+        orphans = OrphanTasks.of(loop) or OrphanTasks(loop)
         try:
             runner.run(main())
         finally:  # what still works in threads of its own does not keep the program from ending
             guard.count_down(graph.exit_code)
-    for orphan in orphans_left(loop):
+    for orphan in orphans.end():
         graph.course.give_up(orphan)
     graph.check()
     return graph.exit_code

@@ -16,7 +16,6 @@ from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
 from busflow.launchfile.model.supervision import Condition, OnExit, Restart, Supervision
 from busflow.node.factory import rebuild
-from busflow.node.lifetime import CURRENT
 from busflow.node.node import Node
 from busflow.node.runtime import NodeRuntime
 from busflow.runner.report import NodeReport
@@ -219,7 +218,7 @@ class Supervisor(Restarting):
         return True
 
     async def _start_and_stop(self) -> None:
-        CURRENT.set(self.runtime.life)
+        self.runtime.life.own_current_task()
         try:
             async with anyio.create_task_group() as tasks:
                 await self._start_and_run(tasks)

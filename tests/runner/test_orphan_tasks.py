@@ -197,7 +197,16 @@ class Handing(Node):
         self.task = asyncio.create_task(elsewhere())
 
 
-@pytest.mark.parametrize("node", [Spawning, Handing])
+class Nesting(Node):
+    """Has a handler make a task of something else, which makes another one."""
+
+    @subscription("numbers")
+    def hear(self, _: Int64) -> None:
+        self.driver = Driver()
+        self.task = asyncio.create_task(self.driver.open())
+
+
+@pytest.mark.parametrize("node", [Spawning, Handing, Nesting])
 @virtual_time
 async def test_task_of_a_handler_is_its_nodes(node):
     async with harness(Talker, node, expect_failure=node) as lab:

@@ -88,7 +88,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if schedule is not None:
             self._ready = AnyOrder(self._ready, schedule)
             schedule.attach(self, self.time_ns)
-        OrphanTasks(self)  # it sets itself as the loop's task factory and exception handler
+        self.orphans: OrphanTasks = OrphanTasks(self)
+        """Failed tasks that nothing awaits."""
 
     def time(self) -> float:
         """Virtual seconds."""

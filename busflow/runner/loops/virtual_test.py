@@ -14,7 +14,6 @@ from busflow import timeouts
 from busflow.errors import ExitCode, InvalidDeclaration, NotRunning
 from busflow.runner.loops.schedule import Schedule
 from busflow.runner.loops.virtual import HORIZON_S, THREAD_S, VirtualLoop
-from busflow.runner.orphan_tasks import orphans_left
 from busflow.runner.signals import SignalGuard
 
 P = ParamSpec("P")
@@ -58,7 +57,7 @@ def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -
             raise guard.interrupt
         if guard.received:
             signal.raise_signal(guard.received[0])  # whose handlers are those of before again
-    for orphan in orphans_left(loop):
+    for orphan in loop.orphans.end():
         raise orphan
     return result
 
