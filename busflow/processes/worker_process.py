@@ -7,7 +7,7 @@ import json
 import signal
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
@@ -21,7 +21,7 @@ from busflow.launchfile.model.supervision import Restart
 from busflow.processes.assignment import Memory
 from busflow.processes.child import Child, busflow_environment
 from busflow.processes.pipe import record_of
-from busflow.runner.restarting import Restarting
+from busflow.runner.restarting import Restarting, following
 from busflow.runner.signals import CODES, signal_name
 from busflow.runner.supervisor import NodeState
 from busflow.text import printable
@@ -50,6 +50,18 @@ class WorkerState(StrEnum):
     RESTARTING = "restarting"
     ENDED = "ended"
     FAILED = "failed"
+
+
+_OUT = {WorkerState.ENDED, WorkerState.FAILED}
+TRANSITIONS: Mapping[WorkerState, Collection[WorkerState]] = {
+    WorkerState.STARTING: {WorkerState.RUNNING, WorkerState.RESTARTING, *_OUT},
+    WorkerState.RUNNING: {WorkerState.HANGS, WorkerState.RESTARTING, *_OUT},
+    WorkerState.HANGS: {WorkerState.RUNNING, WorkerState.HANGS, WorkerState.RESTARTING, *_OUT},
+    WorkerState.RESTARTING: {WorkerState.STARTING, WorkerState.ENDED},
+    WorkerState.ENDED: set(),
+    WorkerState.FAILED: set(),
+}
+"""The states that may follow each state of a worker process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +115,7 @@ class WorkerProcess(Restarting):
         self.nodes: tuple[str, ...] = tuple(nodes)
         self.socket: str = socket
         self.state: WorkerState = WorkerState.STARTING
+        """The state of the process; changed by `_become` alone."""
         self.failures: list[str] = []
         self.outcomes: list[ProcessOutcome] = []
         """The outcomes of the lives that are over."""
@@ -142,24 +155,31 @@ class WorkerProcess(Restarting):
         """Process number; None between two lives."""
         return None if self.child is None else self.child.pid
 
+    def _become(self, state: WorkerState) -> None:
+        """Change the state, as `TRANSITIONS` allows."""
+        self.state = following(self.name, TRANSITIONS, self.state, state)
+
     async def _live_once(self) -> float | None:
         if self._stopping.is_set():
             return None
+        if self.state is WorkerState.RESTARTING:
+            self._become(WorkerState.STARTING)
         code, failure = await self._run()
         failures = self._end.get("failures") or ([failure] if failure else [])
         if self._stopping.is_set():  # a node may have failed in its `stop`
-            self.state = WorkerState.FAILED if failures else WorkerState.ENDED
+            self._become(WorkerState.FAILED if failures else WorkerState.ENDED)
             self.failures += failures
             return None
         mendable = self._end.get("exit_code") not in _LASTING
-        pause_s = self._next_pause_s(failed=self.state is not WorkerState.ENDED, mendable=mendable)
+        pause_s = self._next_pause_s(failed=bool(failure), mendable=mendable)
         if pause_s is None:
+            self._become(WorkerState.FAILED if failure else WorkerState.ENDED)
             self.failures += failures
             # The exit code says something about the nodes only if the process reported its end, and no signal ended it.
             known = self._end and code not in _SIGNALS
             self._end_run(code if known else ExitCode.FAILED)
         else:
-            self.state = WorkerState.RESTARTING
+            self._become(WorkerState.RESTARTING)
             self._log.warning(f"the process {self.name} restarts in {pause_s:g} s", restart=self.restarts)
         return pause_s
 
@@ -177,12 +197,13 @@ class WorkerProcess(Restarting):
     def _finish(self) -> None:
         if self.child is not None:
             self.child.kill()
+        if self.state not in _OUT:  # the run ends before a life, or its task was cancelled
+            self._become(WorkerState.ENDED)
         super()._finish()
 
     async def _run(self) -> tuple[int, str]:
         """Start the process and wait for its end; return its exit code, and how it failed, or an empty text."""
-        self.state, self.report, self._killed_for = WorkerState.STARTING, None, ""
-        self._end, self._last_message_s = {}, None
+        self.report, self._killed_for, self._end, self._last_message_s = None, "", {}, None
         first, inherited = partial(self._owner.first_line, self), self._owner.inherited
         try:
             self.child = Child(self._command, self._environment, first, self, inherited=inherited)
@@ -199,7 +220,6 @@ class WorkerProcess(Restarting):
         if failure:
             self._log.error(failure)
         if not self._stopping.is_set():
-            self.state = WorkerState.FAILED if failure else WorkerState.ENDED
             self._owner.on_outcome(self, outcome)
         return code, failure
 
@@ -240,16 +260,18 @@ class WorkerProcess(Restarting):
     def on_presence(self, *, there: bool) -> None:
         """React to the process's liveliness token: it has appeared, or is gone because the process ends or hangs."""
         self._has_no_token = not there
+        if self.child is None:  # between two lives, it is the token of the former life
+            return
         if there:
             if self.state is WorkerState.HANGS:
                 self._log.warning(f"the process {self.name} answers again")
-            self.state = WorkerState.RUNNING
+            if self.state is not WorkerState.RUNNING:
+                self._become(WorkerState.RUNNING)
             if self._running_since_s is None:  # else only its token was gone for a moment, and this is the same life
                 self._running_since_s = self._seconds()
                 self._log.debug(f"the process {self.name} runs")
-                if self.child is not None:
-                    self._check_reports(self.child, self._seconds())
-        elif self.state is WorkerState.RUNNING and self.child is not None:
+                self._check_reports(self.child, self._seconds())
+        elif self.state is WorkerState.RUNNING:
             asyncio.get_running_loop().call_later(timeouts.current.process_exit, self._check_for_hang, self.child)
 
     def _check_for_hang(self, child: Child) -> None:
@@ -286,7 +308,7 @@ class WorkerProcess(Restarting):
         return bool(nodes) and not states & _BEFORE_WORK and not self._is_debugged and not _is_traced(pid)
 
     def _hang(self, child: Child, why: str) -> None:
-        self.state = WorkerState.HANGS
+        self._become(WorkerState.HANGS)
         self._log.error(f"the process {self.name} hangs: {why}", pid=child.pid)
         if self.policy.when is not Restart.NEVER:
             self.kill("hung")

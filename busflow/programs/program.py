@@ -7,7 +7,7 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from enum import StrEnum
 from pathlib import Path
@@ -19,7 +19,7 @@ from busflow.processes.child import Child
 from busflow.programs import keeper
 from busflow.programs.output import Output
 from busflow.runner.report import ProgramReport
-from busflow.runner.restarting import Restarting
+from busflow.runner.restarting import Restarting, following
 from busflow.runner.signals import signal_name
 
 if TYPE_CHECKING:
@@ -43,6 +43,19 @@ class ProgramState(StrEnum):
     FAILED = "failed"
 
 
+_OUT = {ProgramState.ENDED, ProgramState.FAILED}
+TRANSITIONS: Mapping[ProgramState, Collection[ProgramState]] = {
+    ProgramState.WAITING: {ProgramState.STARTING, *_OUT},
+    ProgramState.STARTING: {ProgramState.RUNNING, ProgramState.RESTARTING, ProgramState.STOPPING, *_OUT},
+    ProgramState.RUNNING: {ProgramState.RESTARTING, ProgramState.STOPPING, *_OUT},
+    ProgramState.RESTARTING: {ProgramState.STARTING, ProgramState.ENDED},
+    ProgramState.STOPPING: _OUT,
+    ProgramState.ENDED: set(),
+    ProgramState.FAILED: set(),
+}
+"""The states that may follow each state of a program."""
+
+
 class Program(Restarting):
     """A program and its lives: a life is one start of it, until nothing of it is left."""
 
@@ -55,6 +68,7 @@ class Program(Restarting):
         super().__init__(spec.name, spec.supervision.restart, graph.clock.seconds, log)
         self.spec = spec
         self.state: ProgramState = ProgramState.WAITING
+        """The state of the program; changed by `_become` alone."""
         self.pid: int | None = None
         """Number of its process; None if none runs."""
         self.output: Output = Output(log, spec.ready, lambda: self._call(self._meet, Condition.READY))
@@ -67,6 +81,10 @@ class Program(Restarting):
         self._exit_codes: list[int] = []
         self._fates: list[str] = []
         self._loop: asyncio.AbstractEventLoop | None = None
+
+    def _become(self, state: ProgramState) -> None:
+        """Change the state, as `TRANSITIONS` allows."""
+        self.state = following(self.name, TRANSITIONS, self.state, state)
 
     def statistics(self) -> ProgramReport:
         """Return the program's line of the report."""
@@ -84,7 +102,7 @@ class Program(Restarting):
 
     def _finish(self) -> None:
         self._order_stop()  # where its task was cancelled
-        self.state = ProgramState.FAILED if self._failure else ProgramState.ENDED
+        self._become(ProgramState.FAILED if self._failure else ProgramState.ENDED)
         super()._finish()
         if self._failure:
             self._fail(self._failure)
@@ -106,8 +124,8 @@ class Program(Restarting):
                 self._order_stop()
 
     def _order_stop(self) -> None:
-        if self._child is not None:
-            self.state = ProgramState.STOPPING
+        if self._child is not None and self.state is not ProgramState.STOPPING:
+            self._become(ProgramState.STOPPING)
             self._child.send(b"stop\n")
 
     def _wait_in_vain(self, other: str, condition: Condition) -> None:
@@ -124,13 +142,14 @@ class Program(Restarting):
             return None
         if failure:
             self._log.error(failure)
-        self.state = ProgramState.RESTARTING
+        self._become(ProgramState.RESTARTING)
         self._log.warning("restarts", after_s=pause_s, restart=self.restarts)
         return pause_s
 
     async def _run(self) -> str:
         """Start the program and wait for its end; return how it failed, or an empty text."""
-        self.state, self._end, self._running_since_s = ProgramState.STARTING, {}, None
+        self._become(ProgramState.STARTING)
+        self._end, self._running_since_s = {}, None
         command = [sys.executable, "-I", "-S", _KEEPER]
         try:
             self._child = Child(command, self._environment, self._order, self)
@@ -194,8 +213,10 @@ class Program(Restarting):
                 self._loop.call_soon_threadsafe(act, value)
 
     def _on_start(self, message: Mapping[str, Any]) -> None:
-        self.pid, self.state = message["pid"], ProgramState.RUNNING
-        self._running_since_s = self._seconds()
+        self.pid, self._running_since_s = message["pid"], self._seconds()
+        if self.state is not ProgramState.STARTING:  # its task was cancelled, which has ordered the end
+            return
+        self._become(ProgramState.RUNNING)
         self._meet(Condition.STARTED)
         if self._stopping.is_set():
             self._order_stop()

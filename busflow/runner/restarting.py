@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 from abc import ABC, abstractmethod
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from enum import StrEnum
+from typing import TYPE_CHECKING, TypeVar
 
 import anyio
 
@@ -14,13 +15,24 @@ from busflow.launchfile.model.supervision import Condition, Restart
 from busflow.node.supervision import Backoff
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Collection, Mapping
 
     from busflow.launchfile.model.supervision import RestartPolicy
     from busflow.log import Logger
 
-
+S = TypeVar("S", bound=StrEnum)
 _CONDITIONS = tuple(Condition)  # iterating over a class of words is slow, and a run may have many nodes
+
+
+def following(part: str, table: Mapping[S, Collection[S]], present: S, state: S) -> S:
+    """Return the next state of a part of a run, which a table allows after the present one.
+
+    Raises:
+        RuntimeError: the table does not allow it, which is a mistake in busflow.
+    """
+    if state not in table[present]:
+        raise RuntimeError(f"{part} cannot be {state} after {present}")
+    return state
 
 
 class Restarting(ABC):

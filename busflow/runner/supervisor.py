@@ -19,7 +19,7 @@ from busflow.node.factory import rebuild
 from busflow.node.node import Node
 from busflow.node.runtime import NodeRuntime
 from busflow.runner.report import NodeReport
-from busflow.runner.restarting import Restarting
+from busflow.runner.restarting import Restarting, following
 
 if TYPE_CHECKING:
     from busflow.runner.planning.planned_node import PlannedNode
@@ -111,14 +111,8 @@ class Supervisor(Restarting):
         runtime.life.on_failure = self._failed
 
     def _become(self, state: NodeState) -> None:
-        """Change the state, as `TRANSITIONS` allows.
-
-        Raises:
-            RuntimeError: this state does not follow the present one, which is a mistake in busflow.
-        """
-        if state not in TRANSITIONS[self.state]:
-            raise RuntimeError(f"{self.name} cannot be {state} after {self.state}")
-        was, self.state = self.state, state
+        """Change the state, as `TRANSITIONS` allows."""
+        was, self.state = self.state, following(self.name, TRANSITIONS, self.state, state)
         if was in _LIVING and state not in _LIVING:
             self._over.set()
             if self._opening is not None:

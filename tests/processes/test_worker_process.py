@@ -1,6 +1,7 @@
 """When a process is taken for hung: only where it neither shows itself nor says anything, on virtual time; its end."""
 
 import asyncio
+from types import SimpleNamespace
 
 import pytest
 
@@ -8,7 +9,8 @@ from busflow.clock import SimClock
 from busflow.launchfile.model.description import ProcessSpec
 from busflow.launchfile.model.supervision import Restart, RestartPolicy
 from busflow.launchfile.yaml.value import Origin, StatedBy
-from busflow.processes.worker_process import ProcessOutcome, WorkerProcess, WorkerState
+from busflow.processes import worker_process
+from busflow.processes.worker_process import TRANSITIONS, ProcessOutcome, WorkerProcess, WorkerState
 from busflow.runner.graph import Graph
 from busflow.testing import virtual_time
 from busflow.timeouts import Timeouts
@@ -198,3 +200,49 @@ async def test_parameters_and_restart_counts_survive_a_restart(running):
 
 def _counts(name, restarts, starts, state):
     return {"name": name, "restarts": restarts, "started_by_hand": starts, "state": state}
+
+
+def test_each_state_leads_to_the_end():
+    reached, ways = set(), [WorkerState.STARTING]
+    while ways:
+        state = ways.pop()
+        reached.add(state)
+        ways += set(TRANSITIONS[state]) - reached
+    assert reached == set(WorkerState) == set(TRANSITIONS)
+    final = [state for state, following in TRANSITIONS.items() if not following]
+    assert final == [WorkerState.ENDED, WorkerState.FAILED]
+
+
+@pytest.fixture
+def unable(monkeypatch):
+    """A worker whose process the system cannot start."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError("none left")
+
+    def unable(policy):
+        spec = ProcessSpec("left", Origin(StatedBy.CALLER), restart=policy)
+        owner = SimpleNamespace(first_line=lambda _worker: b"", inherited=())
+        return WorkerProcess(Graph([], clock=SimClock()), spec, [], "1.sock", environment={}, owner=owner)
+
+    monkeypatch.setattr(worker_process, "Child", fail)
+    return unable
+
+
+@virtual_time
+async def test_process_that_cannot_be_started_has_failed(unable):
+    worker = unable(RestartPolicy(Restart.NEVER))
+    await worker.live()
+    assert (worker.state, len(worker.failures)) == (WorkerState.FAILED, 1)
+
+
+@virtual_time
+async def test_only_a_stop_ends_the_pause_before_a_restart(unable):
+    worker = unable(RestartPolicy(Restart.ON_FAILURE, first_s=10, longest_s=10))
+    living = asyncio.create_task(worker.live())
+    await asyncio.sleep(1)
+    worker.on_presence(there=True)  # the token of the former life
+    assert worker.state is WorkerState.RESTARTING
+    worker.ask_to_stop()
+    await living
+    assert worker.state is WorkerState.ENDED

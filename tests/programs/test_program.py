@@ -10,6 +10,7 @@ import pytest
 from busflow.errors import DependencyEnded, ExitCode, NodeFailed, ProgramFailed
 from busflow.launchfile.model.supervision import Condition
 from busflow.programs import program
+from busflow.programs.program import TRANSITIONS, ProgramState
 from tests.processes.conftest import PATIENCE_S, ended
 from tests.programs.conftest import Launched
 
@@ -238,3 +239,14 @@ def test_killed_keeper_is_failure_of_whole_program(launched):
     with pytest.raises(ProgramFailed, match=r"/driver .*keeper"):
         launched(f"programs: {{driver: {{{shell(text)}}}}}", act)
     assert ended(children, PATIENCE_S)
+
+
+def test_each_state_leads_to_the_end():
+    reached, ways = set(), [ProgramState.WAITING]
+    while ways:
+        state = ways.pop()
+        reached.add(state)
+        ways += set(TRANSITIONS[state]) - reached
+    assert reached == set(ProgramState) == set(TRANSITIONS)
+    final = [state for state, following in TRANSITIONS.items() if not following]
+    assert final == [ProgramState.ENDED, ProgramState.FAILED]
