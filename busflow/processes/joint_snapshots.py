@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import RecordSpec
     from busflow.processes.shares import Shares
     from busflow.runner.graph import Graph
-    from busflow.runner.report import Report
 
 StartWriting = Callable[[str, Path, str], bool]
 """Makes a process write its last moments to a file, for a reason; returns False if the process does not run."""
@@ -120,11 +119,11 @@ class JointSnapshots(Extension):
         for process in self._shares.processes:
             self.lose(process)
 
-    def report(self, report: Report) -> Report:
-        """Return the run's report with the reports of its snapshots."""
+    def sections(self) -> Mapping[str, object]:
+        """Return the snapshots."""
         with self._lock:
             now = {each.directory: _joined(each, written=False) for each in self._pending.values()}
-            return replace(report, snapshots=tuple((self._reports | now).values()))
+            return {"snapshots": tuple((self._reports | now).values())}
 
     def _finish_ready(self) -> None:
         with self._lock:

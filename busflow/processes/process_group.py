@@ -178,9 +178,10 @@ class ProcessGroup(Extension):
     def run_report(self) -> Report:
         """Return the report of the whole run, once all its processes have ended."""
         report = merged(self._graph.report(), self.workers, self._node_order, name=self._main)
-        return (
-            report if self._recording is None else replace(report, recording=self._recording.so_far(self._recorded()))
-        )
+        if self._recording is None:
+            return report
+        whole = self._recording.so_far(self._recorded())
+        return replace(report, sections={**report.sections, "recording": whole})
 
     def finish(self) -> ExitCode:
         """Finish the recording of an ended run; return the exit code, which a failed process or file may change."""
@@ -188,7 +189,7 @@ class ProcessGroup(Extension):
         if self._snapshots is not None:
             self._snapshots.finish()
         if recording is not None:
-            recording.finish(replace(self.run_report(), recording=None), self._recorded())
+            recording.finish(self.run_report().without("recording"), self._recorded())
             self._report_incomplete(recording)
         if graph.exit_code is ExitCode.OK and any(worker.state is WorkerState.FAILED for worker in self.workers):
             graph.course.conclude(ExitCode.FAILED)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from busflow.actions.names import SEND_GOAL
@@ -28,6 +30,16 @@ if TYPE_CHECKING:
     from busflow.processes.worker_process import WorkerProcess
 
 
+@dataclass(frozen=True, slots=True)
+class _Section:
+    """A section that the report of each process has."""
+
+    read: Callable[[Mapping[str, Any]], Any]
+    """Returns the section, from the report of one process as plain data."""
+    merged: Callable[[Sequence[Sequence[Any]]], Any]
+    """Returns the section of the run, from the section by process, and there by life."""
+
+
 def merged(main: Report, workers: Sequence[WorkerProcess], order: Sequence[str], *, name: str = MAIN) -> Report:
     """Merge the last reports of the other processes into that of the main process, once all have ended.
 
@@ -48,41 +60,26 @@ def merged(main: Report, workers: Sequence[WorkerProcess], order: Sequence[str],
         processes.append(
             ProcessReport(worker.name, worker.pid, worker.nodes, worker.restarts, worker.state.value, failures)
         )
-    reports = [each for process in lives for each in process]
+    whole = {
+        name: section.merged([[getattr(life, name) for life in process] for process in lives])
+        for name, section in _SECTIONS.items()
+    }
     nodes = {name: NodeReport(name, "", "failed") for worker in workers for name in worker.nodes}
-    nodes |= {node.name: node for each in reports for node in each.nodes}
-    topics: dict[str, list[TopicStatistics]] = {}
-    for topic in (topic for each in reports for topic in each.topics):
-        topics.setdefault(topic.topic, []).append(topic)
-    services, timers = added(*(each.services for each in reports)), added(*(each.timers for each in reports))
+    nodes |= {node.name: node for node in whole["nodes"]}
     places = {name: number for number, name in enumerate(order)}
-    return replace(
-        main,
-        nodes=tuple(sorted(nodes.values(), key=lambda node: places.get(node.name, len(places)))),
-        topics=tuple(_with_unmatched(TopicStatistics.of_run(topics[name]), lives) for name in sorted(topics)),
-        services=tuple(sorted(services, key=lambda service: service.name)),
-        timers=tuple(sorted(timers, key=lambda timer: places.get(timer.node, len(places)))),
-        inbox_dropped=sum(each.inbox_dropped for each in reports),
-        inbox_refused=sum(each.inbox_refused for each in reports),
-        blocks=tuple(block for each in reports for block in each.blocks),
-        log_lines_lost=sum(each.log_lines_lost for each in reports),
-        processes=tuple(processes),
-    )
+    whole["nodes"] = tuple(sorted(nodes.values(), key=lambda node: places.get(node.name, len(places))))
+    whole["timers"] = tuple(sorted(whole["timers"], key=lambda timer: places.get(timer.node, len(places))))
+    return replace(main, **whole, sections={"processes": tuple(processes), **main.sections})
 
 
 def _read(main: Report, report: Mapping[str, Any], *, ended: bool) -> Report:
     """Read the report of one life of a process. Messages that were queued as it ended are counted as dropped."""
-    return replace(
-        main,
-        nodes=tuple(from_json(NodeReport, each) for each in report["nodes"]),
-        topics=tuple(_topic(each, ended=ended) for each in report["topics"]),
-        services=tuple(map(_service, report["services"])),
-        timers=tuple(from_json(TimerStatistics, each) for each in report["timers"]),
-        inbox_dropped=report["inbox"]["dropped"],
-        inbox_refused=report["inbox"]["refused"],
-        blocks=tuple(from_json(Blocks, each) for each in report["blocks"]),
-        log_lines_lost=report["log_lines_lost"],
-    )
+    read = replace(main, **{name: section.read(report) for name, section in _SECTIONS.items()})
+    return replace(read, topics=tuple(map(_ended, read.topics))) if ended else read
+
+
+def _rows(kind: type[Any], name: str) -> Callable[[Mapping[str, Any]], Any]:
+    return lambda report: tuple(from_json(kind, each) for each in report[name])
 
 
 def _service(report: Mapping[str, Any]) -> ServiceStatistics:
@@ -96,23 +93,43 @@ def _service(report: Mapping[str, Any]) -> ServiceStatistics:
     )
 
 
-def _topic(report: Mapping[str, Any], *, ended: bool) -> TopicStatistics:
-    topic = TopicStatistics.from_json(report)
-    return replace(topic, subscriptions=tuple(map(_ended, topic.subscriptions))) if ended else topic
+def _ended(topic: TopicStatistics) -> TopicStatistics:
+    return replace(topic, subscriptions=tuple(map(_without_queue, topic.subscriptions)))
 
 
-def _ended(line: SubscriptionStatistics) -> SubscriptionStatistics:
+def _without_queue(line: SubscriptionStatistics) -> SubscriptionStatistics:
     if not line.queued:
         return line
     drops = {**line.drops, "process ended": line.drops.get("process ended", 0) + line.queued}
     return replace(line, dropped=line.dropped + line.queued, queued=0, drops=drops)
 
 
-def _with_unmatched(topic: TopicStatistics, lives: Sequence[Sequence[Report]]) -> TopicStatistics:
-    """Count a topic's messages that did not reach a subscription's process as drops of the subscription."""
+def _joined(processes: Sequence[Sequence[Sequence[Any]]]) -> tuple[Any, ...]:
+    return tuple(row for process in processes for life in process for row in life)
+
+
+def _added(processes: Sequence[Sequence[Sequence[Any]]]) -> tuple[Any, ...]:
+    return added(*(life for process in processes for life in process))
+
+
+def _sum(processes: Sequence[Sequence[int]]) -> int:
+    return sum(map(sum, processes))
+
+
+def _balanced(processes: Sequence[Sequence[Sequence[TopicStatistics]]]) -> tuple[TopicStatistics, ...]:
+    """Return the topics of the run, in the order of their names."""
+    topics: dict[str, list[list[TopicStatistics]]] = {}
+    for process in processes:
+        for name, known in groupby(sorted(_joined([process]), key=_name), _name):
+            topics.setdefault(name, []).append(list(known))
+    return tuple(_with_unmatched(each) for _, each in sorted(topics.items()))
+
+
+def _with_unmatched(processes: Sequence[Sequence[TopicStatistics]]) -> TopicStatistics:
+    """Return a topic of the run; its subscriptions have dropped the messages that did not reach their processes."""
+    topic = TopicStatistics.of_run(_joined([processes]))
     unmatched: dict[str, int] = {}
-    for process in lives:
-        known = [each for life in process for each in life.topics if each.topic == topic.topic]
+    for known in processes:
         reached = sum(each.published + _undelivered(each) for each in known)
         unsent = _unsent(topic) - sum(map(_unsent, known))
         missed = max(0, topic.published - reached - unsent)
@@ -140,3 +157,19 @@ def _with_drops(line: SubscriptionStatistics, count: int) -> SubscriptionStatist
         return line
     drops = {**line.drops, UNMATCHED: count}
     return replace(line, published=line.published + count, dropped=line.dropped + count, drops=drops)
+
+
+_name = attrgetter("name")
+_SECTIONS = {
+    "nodes": _Section(_rows(NodeReport, "nodes"), _joined),
+    "topics": _Section(lambda report: tuple(map(TopicStatistics.from_json, report["topics"])), _balanced),
+    "services": _Section(
+        lambda report: tuple(map(_service, report["services"])), lambda every: tuple(sorted(_added(every), key=_name))
+    ),
+    "timers": _Section(_rows(TimerStatistics, "timers"), _added),
+    "inbox_dropped": _Section(lambda report: report["inbox"]["dropped"], _sum),
+    "inbox_refused": _Section(lambda report: report["inbox"]["refused"], _sum),
+    "blocks": _Section(_rows(Blocks, "blocks"), _joined),
+    "log_lines_lost": _Section(lambda report: report["log_lines_lost"], _sum),
+}
+"""The sections that every process has, by name."""

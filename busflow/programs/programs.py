@@ -7,7 +7,6 @@ import os
 from collections import defaultdict
 from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import asynccontextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
@@ -17,7 +16,6 @@ from busflow.runner.extension import Extension
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import ProgramSpec
     from busflow.runner.graph import Graph
-    from busflow.runner.report import Report
     from busflow.runner.restarting import Restarting
 
 
@@ -88,9 +86,9 @@ class Programs(Extension):
         """Return what `busflow ps` and `busflow doctor` show of the programs."""
         return {"programs": [_fact(program) for program in self.programs]}
 
-    def report(self, report: Report) -> Report:
-        """Return the run's report with the programs."""
-        return replace(report, programs=tuple(program.statistics() for program in self.programs))
+    def sections(self) -> Mapping[str, object]:
+        """Return the programs."""
+        return {"programs": tuple(program.statistics() for program in self.programs)}
 
 
 def _fact(program: Program) -> dict[str, Any]:

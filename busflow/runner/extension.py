@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from busflow.bus.failure import Failure
-    from busflow.runner.report import Report, SnapshotReport
+    from busflow.runner.report import SnapshotReport
     from busflow.runner.restarting import Restarting
     from busflow.runner.supervisor import Supervisor
 
@@ -70,6 +70,6 @@ class Extension:
         What it raises keeps no other extension from its end, and is raised to the caller that waits for the graph.
         """
 
-    def report(self, report: Report) -> Report:
-        """Return the run's report with what this extension adds to it."""
-        return report
+    def sections(self) -> Mapping[str, object]:
+        """Return what this extension adds to the run's report, by the names of sections."""
+        return {}

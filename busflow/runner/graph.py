@@ -282,7 +282,7 @@ class Graph:
 
     def report(self) -> Report:
         """Return the report of the run: so far, or final once it has ended."""
-        report = Report(
+        return Report(
             name=self.name,
             seed=self.seed,
             clock=self.clock.kind,
@@ -296,10 +296,8 @@ class Graph:
             inbox_refused=counts.inbox.refused,
             blocks=self.watchdog.statistics() if self.watchdog else (),
             log_lines_lost=self.log.lost,
+            sections=dict(item for each in self.course.extensions for item in each.sections().items()),
         )
-        for extension in self.course.extensions:
-            report = extension.report(report)
-        return report
 
     def snapshot(self, reason: str = "asked for") -> SnapshotReport:
         """Write the last moments of the run as a bag, with what follows them for the time that is set.

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any, cast
 
 from busflow.actions.accounts import action_accounts
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from busflow.bus.statistics import BusStatistics, ServiceStatistics, TimerStatistics, TopicStatistics
     from busflow.errors import ExitCode
@@ -133,12 +133,28 @@ class Report:
     """The handlers that kept the event loop from turning, if a watchdog watched."""
     log_lines_lost: int = 0
     """Lines of the log that could not be written."""
-    processes: tuple[ProcessReport, ...] = ()
-    """Processes of a run that has several."""
-    programs: tuple[ProgramReport, ...] = ()
-    """Programs that the run started."""
-    recording: RecordingReport | None = None
-    snapshots: tuple[SnapshotReport, ...] = ()
+    sections: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Sections of the run's features by name, e.g. `programs`."""
+
+    @property
+    def processes(self) -> tuple[ProcessReport, ...]:
+        """Processes of a run that has several."""
+        return self.sections.get("processes", ())
+
+    @property
+    def programs(self) -> tuple[ProgramReport, ...]:
+        """Programs that the run started."""
+        return self.sections.get("programs", ())
+
+    @property
+    def recording(self) -> RecordingReport | None:
+        """The recording of the run, if there is one."""
+        return self.sections.get("recording")
+
+    @property
+    def snapshots(self) -> tuple[SnapshotReport, ...]:
+        """Bags of the run's last moments."""
+        return self.sections.get("snapshots", ())
 
     @property
     def dropped(self) -> int:
@@ -165,6 +181,10 @@ class Report:
         rows = "".join(row("td", cells) for topic in self.topics for cells in _topic_cells(topic))
         return f"<table><caption>{caption}</caption>{row('th', _COLUMNS)}{rows}</table>"
 
+    def without(self, *names: str) -> Report:
+        """Return the report without some sections; e.g. a recording has no section `recording`."""
+        return replace(self, sections={name: each for name, each in self.sections.items() if name not in names})
+
     def as_json(self) -> dict[str, Any]:
         """Return the report as `--report FILE` writes it."""
         services = [service.as_json() for service in self.services]
@@ -182,11 +202,13 @@ class Report:
             "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
             "blocks": [asdict(each) for each in self.blocks],
             "log_lines_lost": self.log_lines_lost,
-            **({"processes": [asdict(each) for each in self.processes]} if self.processes else {}),
-            **({"programs": [asdict(each) for each in self.programs]} if self.programs else {}),
-            **({"recording": asdict(self.recording)} if self.recording else {}),
-            **({"snapshots": [asdict(each) for each in self.snapshots]} if self.snapshots else {}),
+            **{name: _plain(section) for name, section in self.sections.items() if section},
         }
+
+
+def _plain(section: Any) -> Any:
+    rows = cast("tuple[Any, ...]", section)
+    return [asdict(each) for each in rows] if isinstance(section, tuple) else asdict(section)
 
 
 def used_topics(counts: BusStatistics) -> tuple[TopicStatistics, ...]:

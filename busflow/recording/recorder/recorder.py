@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import threading
 from contextlib import suppress
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from busflow import timeouts
@@ -26,6 +25,7 @@ from busflow.runner.report import RecordingReport
 from busflow.text import printable
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from busflow.bus.endpoint import Endpoint
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from busflow.recording.recorder.share import Share
     from busflow.runner.assembly import Run
     from busflow.runner.graph import Graph, Wanted
-    from busflow.runner.report import Report
 
 
 def record(run: Run) -> None:
@@ -127,7 +126,7 @@ class Recorder(Extension):
         for track in tracks.by_topic.values():
             if not track.number and track.offered:
                 tracks.announce(spool, track)
-        report = replace(self._graph.report(), recording=None).as_json()
+        report = self._graph.report().without("recording").as_json()
         recorded, missed = self._sequence - self._missed, self._missed
         later = tracks.later_publishers()
         complete = spool.do(lambda file: file.conclude(report, recorded, missed, later))
@@ -148,9 +147,9 @@ class Recorder(Extension):
             self._finished = False
             self._report_missing(str(error))
 
-    def report(self, report: Report) -> Report:
-        """Return the run's report, with that of its recording."""
-        return replace(report, recording=self.statistics())
+    def sections(self) -> Mapping[str, object]:
+        """Return the state of the recording."""
+        return {"recording": self.statistics()}
 
     def statistics(self) -> RecordingReport:
         """Return the state of the recording, so far or at the end; what waited when writing failed is missed."""

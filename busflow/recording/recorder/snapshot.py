@@ -7,7 +7,6 @@ written at a time, and the failure of one does not affect the others.
 from __future__ import annotations
 
 import threading
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -22,7 +21,7 @@ from busflow.runner.extension import Extension
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from busflow.bus.endpoint import Endpoint
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from busflow.recording.recorder.channels import Track
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
-    from busflow.runner.report import Report, SnapshotReport
+    from busflow.runner.report import SnapshotReport
 
 MOST_FOR_FAILURES = 10
 """The number of snapshots that failures cause in a run: a node that fails every second must not fill the disk."""
@@ -146,10 +145,10 @@ class SnapshotRecorder(Extension):
             self._clock.call_at(due_ns, partial(self._conclude, file))
         return file.report()
 
-    def report(self, report: Report) -> Report:
-        """Return the run's report, with those of its snapshots."""
+    def sections(self) -> Mapping[str, object]:
+        """Return the snapshots."""
         now = {each.path: each.report() for each in self._open}
-        return replace(report, snapshots=tuple((self._reports | now).values()))
+        return {"snapshots": tuple((self._reports | now).values())}
 
     # What comes.
 
@@ -185,7 +184,7 @@ class SnapshotRecorder(Extension):
 
     def _conclude(self, file: SnapshotFile) -> None:
         if not file.is_concluded:
-            report = replace(self._graph.report(), recording=None, snapshots=()).as_json()
+            report = self._graph.report().without("recording", "snapshots").as_json()
             with self._lock:
                 last = self._sequence
                 file.conclude(report, last)

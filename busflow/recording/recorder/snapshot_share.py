@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import SnapshotSpec
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
-    from busflow.runner.report import Report
 
 
 class SnapshotShare(SnapshotRecorder):
@@ -77,9 +76,9 @@ class SnapshotShare(SnapshotRecorder):
         """Return None: another extension writes the snapshots of all processes."""
         return None
 
-    def report(self, report: Report) -> Report:
-        """Return the run's report; the snapshots of all processes are in another extension's."""
-        return report
+    def sections(self) -> Mapping[str, object]:
+        """Return no section: another extension has the snapshots of all processes."""
+        return {}
 
     def write(self, path: Path, reason: str) -> None:
         """Write the last moments to a new file; called in any thread."""

@@ -31,16 +31,17 @@ def service(name: str, server: ServerStatistics, *clients: ClientStatistics) -> 
     return ServiceStatistics(name, "std_srvs/srv/Trigger", (server,), clients)
 
 
+PROCESSES = (
+    ProcessReport("main", 1, ("/a",)),
+    ProcessReport("left", 2, ("/b",), 2, "running", ("it ended so", "the process left was ended by SIGKILL")),
+    ProcessReport("right", None, ("/c",), 0, "failed", ("the process right ended with exit code 1",)),
+)
 CASES: dict[str, dict[str, Any]] = {
     "parameters that were changed": {
         "nodes": tuple(NodeReport(f"/{name}", name, "stopped", times) for name, times in (("a", 0), ("b", 1), ("c", 3)))
     },
     "processes that were started anew, and losses between them": {
-        "processes": (
-            ProcessReport("main", 1, ("/a",)),
-            ProcessReport("left", 2, ("/b",), 2, "running", ("it ended so", "the process left was ended by SIGKILL")),
-            ProcessReport("right", None, ("/c",), 0, "failed", ("the process right ended with exit code 1",)),
-        ),
+        "sections": {"processes": PROCESSES},
         "topics": (TopicStatistics("/t", "a/msg/B", 9, losses={"lost": 3, "malformed": 0, "refused": 1, "early": 1}),),
     },
     "messages published beside a subscription": {
