@@ -117,6 +117,7 @@ QUICK_ROUNDS = {
 ELSEWHERE = {
     "assistant": "assistant/tests/test_benchmark.py",
     "chaos": "tests/processes/test_chaos.py",
+    "line_attacks": "tests/processes/test_line_attacks.py",
     "recording_kills": "tests/recording/recorder/test_kills.py",
     "ui": "ui/tests/test_benchmarks.py",
     "ui_browser": "ui/tests/test_benchmarks.py",
