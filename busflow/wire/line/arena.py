@@ -42,6 +42,12 @@ class Places:
         self._starts, self._ends = [0], [capacity]
         """Where each free place begins and ends, in their order. No two of them touch."""
 
+    @property
+    def end(self) -> int:
+        """The end of the last place that is taken."""
+        is_last_free = bool(self._ends) and self._ends[-1] == self.capacity
+        return self._starts[-1] if is_last_free else self.capacity
+
     def take(self, size: int) -> int | None:
         """Take whole pages for `size` bytes, and return their offset; None if there is no room."""
         room = _whole_pages(size)
@@ -93,8 +99,11 @@ class Arena:
         os.ftruncate(self.fd, capacity)
         # If the memory could shrink, that would kill a process that reads it.
         fcntl.fcntl(self.fd, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL)
-        self._memory = memoryview(mmap.mmap(self.fd, capacity))
+        self._map = mmap.mmap(self.fd, capacity)
+        self._memory = memoryview(self._map)
         self._places = Places(capacity)
+        self._written = self._peak = 0
+        """Ends of the pages that were written ever, and since the last `trim`."""
 
     @property
     def capacity(self) -> int:
@@ -103,8 +112,21 @@ class Arena:
 
     @property
     def taken(self) -> int:
-        """Bytes of messages that a reader may still read."""
+        """Bytes of messages that a reader may still read, in whole pages."""
         return self._places.taken
+
+    @property
+    def written(self) -> int:
+        """Bytes of memory that it takes."""
+        return self._written
+
+    def trim(self) -> None:
+        """Give back the memory that no message has needed since the last call."""
+        kept = max(self._peak, self._places.end)
+        if kept < self._written:
+            self._map.madvise(mmap.MADV_REMOVE, kept, self._written - kept)
+            self._written = kept
+        self._peak = self._places.end
 
     def store(self, payload: bytes | Pieces) -> Stored | None:
         """Write a message; None if there is no room."""
@@ -117,6 +139,8 @@ class Arena:
             data = memoryview(piece).cast("B")
             self._memory[at : at + len(data)] = data
             at += len(data)
+        self._peak = max(self._peak, offset + _whole_pages(size))
+        self._written = max(self._written, self._peak)
         return Stored(self, offset, size)
 
     def free(self, stored: Stored) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from enum import Enum
 from itertools import islice
 from typing import Protocol
@@ -69,8 +70,9 @@ NEXT: Mapping[RouteState, Mapping[RouteEvent, RouteState]] = {
 class Carrier(Protocol):
     """The line that a route belongs to."""
 
-    def transmit(self, packet: bytes, /) -> object:
-        """Hand a packet to the kernel, or raise BlockingIOError if it has no room."""
+    @property
+    def transmit(self) -> Callable[[bytes], object]:
+        """A function that hands a packet to the kernel, or raises BlockingIOError if that has no room."""
         ...
 
     def transmit_piece(self, packet: bytes, stored: Stored, /) -> object:
@@ -81,8 +83,13 @@ class Carrier(Protocol):
         """Call the route's `flush` as soon as the kernel has room."""
         ...
 
-    def call_soon(self, function: Callable[[], None], /) -> object:
-        """Call a function at the end of the loop's turn."""
+    def fail(self, error: OSError, /) -> None:
+        """End the line soon: a packet could not be sent."""
+        ...
+
+    @property
+    def call_soon(self) -> Callable[[Callable[[], None]], object]:
+        """A function that calls another one at the end of the loop's turn."""
         ...
 
 
@@ -160,6 +167,9 @@ class Route:
                 self._transmit(self._prefix + attachment + payload)
             except BlockingIOError:
                 pass
+            except OSError as error:
+                self._carrier.fail(error)
+                return
             else:
                 self._unacknowledged.append(None)
                 self.sent += 1
@@ -187,24 +197,24 @@ class Route:
 
     def flush(self) -> None:
         """Send what waits, as far as the reader and the socket have room."""
-        if self.has_ended:
+        if self.state is RouteState.ENDED:
             return
         try:
             while self._waiting and self._has_credit():
                 self._send_next()
             if not self._waiting:
-                self.send_marks(Reason.OVERFLOW)
+                self._send_marks(Reason.OVERFLOW)
         except BlockingIOError:
             self._carrier.wait_for_room(self)
-        if self.has_ended:  # the line has broken
-            return
+        except OSError as error:
+            self._carrier.fail(error)
         if self._waiting or self._tails:
             self._step(RouteEvent.REFUSED)
             self._drop_beyond_depth()
         else:
             self._step(RouteEvent.SENT)
 
-    def send_marks(self, reason: Reason) -> None:
+    def _send_marks(self, reason: Reason) -> None:
         """Say which publishers' last messages were dropped, which no gap before a later message shows.
 
         Raises:
@@ -217,15 +227,12 @@ class Route:
             self._tails.pop(gid, None)
 
     def give_up(self) -> None:
-        """Drop what waits: the sender ends.
-
-        Raises:
-            BlockingIOError: The socket has no room to say so.
-        """
+        """Drop what waits, and say so if the socket has room: the sender ends."""
         while self._waiting and not (self._begun and len(self._waiting) == 1):
             self._drop(1 if self._begun else 0)
         if not self._begun:
-            self.send_marks(Reason.END)
+            with suppress(OSError):
+                self._send_marks(Reason.END)
 
     def acknowledge(self, count: int) -> None:
         """Note that the reader has done with so many packets, the oldest first.
@@ -281,9 +288,8 @@ class Route:
                 count = len(small)
             else:
                 self._transmit(self._prefix + attachment + payload[self._begun :])
-        if not self.has_ended:  # else the line has broken meanwhile
-            self._unacknowledged.append(stored)
-            self._note_sent(count)
+        self._unacknowledged.append(stored)
+        self._note_sent(count)
 
     def _small_ones(self) -> list[packets.Signed]:
         """Return the messages that may leave as one packet: the small ones at the front."""

@@ -31,6 +31,7 @@ class End:
 
     def __init__(self) -> None:
         own, self.other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        own.setblocking(False)
         self.log: list[tuple[str, str]] = []
         self.happened: list[str] = []
         self.routes: list[Route] = []
@@ -58,17 +59,14 @@ class End:
         assert self.other.recv(100) == packets.opened(ROUTE, "key", WANTED)
         return intake
 
-    def on_hello(self, line: Line) -> None:
-        self.happened.append(f"hello of {line.session}")
-
     def on_route(self, route: Route) -> None:
         self.routes.append(route)
 
     def on_route_end(self, route: Route, may_read: bool) -> None:
         self.happened.append(f"route {route.key} ended{', which may be read' * may_read}")
 
-    def on_end(self, _line: Line) -> None:
-        self.happened.append("ended")
+    def on_end(self, _line: Line, is_faulty: bool) -> None:
+        self.happened.append("ended" + ", faulty" * is_faulty)
 
 
 @pytest.fixture
@@ -94,7 +92,7 @@ HELLO = packets.hello("bb")
 
 def test_the_other_end_introduces_itself(end: End):
     end.say(HELLO)
-    assert end.happened == ["hello of bb"]
+    assert end.line.is_known
 
 
 @pytest.mark.parametrize(
@@ -121,7 +119,7 @@ def test_what_is_no_packet_ends_the_line_with_one_line_of_log(end: End, said: li
     end.say(*said)
     assert not end.line.is_open
     assert [level for level, _ in end.log] == ["warning"]
-    assert end.happened[-2:] == ["ended", "intake ended"]
+    assert end.happened[-2:] == ["ended, faulty", "intake ended"]
 
 
 def test_messages_before_a_fault_are_handed_over(end: End):
@@ -137,7 +135,7 @@ def test_the_end_of_the_other_side_comes_behind_its_messages(end: End):
     end.other.close()
     end.line.read()
     assert end.arrived == [(b"x", ATTACHMENT)]
-    assert end.happened == ["hello of bb", "ended", "intake ended"]
+    assert end.happened == ["ended", "intake ended"]
     assert end.log == []
 
 
@@ -163,7 +161,7 @@ def test_a_route_ends_when_its_reader_says_so(end: End):
     end.say(HELLO, packets.opened(5, "key", WANTED))
     end.say(packets.changed(5, Wanted(9)), packets.head(Kind.CLOSE, 5))
     assert [route.has_ended for route in end.routes] == [True]
-    assert end.happened == ["hello of bb", "route key ended"]
+    assert end.happened == ["route key ended"]
 
 
 def sent_until_full(end: End) -> int:
