@@ -130,15 +130,6 @@ def test_ctrl_c_ends_and_names_a_stuck_node(terminal: Terminal, told: str):
     assert "Traceback" not in terminal.shown
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("terminal", [("busy_at_once", "--for", "0.2")], indirect=True, ids=["busy_at_once"])
-def test_time_limit_ends_and_names_a_stuck_node(terminal: Terminal):
-    assert terminal.end() == 1
-    assert "ticking" in terminal.shown
-    assert "interrupted.py:" in terminal.shown
-    assert "Traceback" not in terminal.shown
-
-
 @pytest.mark.parametrize("terminal", ["slow_to_stop"], indirect=True)
 def test_a_second_ctrl_c_ends_it_at_once(terminal: Terminal):
     terminal.read_until("ticking")

@@ -30,15 +30,6 @@ class Busy(Node):
             pass
 
 
-class BusyAtOnce(Node):
-    """Never returns from `run`."""
-
-    async def run(self) -> None:
-        self.log.info("ticking")
-        while True:
-            pass
-
-
 class Asleep(Node):
     """Sleeps for an hour, and the event loop with it."""
 

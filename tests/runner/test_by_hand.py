@@ -294,6 +294,16 @@ async def test_orders_are_carried_out_one_by_one():
             assert (found.state, found.stopped_by_hand, found.started_by_hand) == ("running", 3, 3)
 
 
+@virtual_time
+async def test_closed_orders_begin_nothing_more():
+    async with harness(Source) as lab:
+        orders = OrdersByHand(lab.graph)
+        orders.give(Order.STOP, ["/source"])
+        orders.close()
+        await lab.settle()
+        assert state(lab.graph, "/source").state == "running"
+
+
 def test_node_that_will_not_end_cannot_start(limits, golden):
     limits(start=0.05)
 

@@ -32,6 +32,18 @@ class Shielded(busflow.Node):
 sys.exit(busflow.run(Shielded, inspect=False))
 """
 
+STUCK = """
+import sys, threading
+import busflow
+from busflow.runner.run import run_graph
+
+class Stuck(busflow.Node):
+    async def run(self) -> None:
+        threading.Event().wait()
+
+sys.exit(run_graph(busflow.launch(Stuck), for_s=0.01))
+"""
+
 
 class Ticker(Node):
     ticks = 0
@@ -112,9 +124,20 @@ def test_the_nodes_run_on_the_given_loop():
     assert made
 
 
+def ended(program: str, limits: str) -> tuple[int, str]:
+    """Run a program to its end: its exit code, and its standard error."""
+    env = {**os.environ, VARIABLE: limits}
+    done = subprocess.run([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True, env=env, timeout=60)
+    return done.returncode, done.stderr
+
+
 def test_a_loop_that_turns_ends_its_run():
-    env = {**os.environ, VARIABLE: "grace=0.1,around=inf"}
-    done = subprocess.run([sys.executable, "-c", SHIELDED], stderr=subprocess.PIPE, text=True, env=env)
-    assert done.returncode == ExitCode.INTERRUPTED
-    assert "left behind" in done.stderr
-    assert "did not end" not in done.stderr, "it was ended by force"
+    code, log = ended(SHIELDED, "grace=0.1,around=inf")
+    assert code == ExitCode.INTERRUPTED
+    assert "left behind" in log
+    assert "did not end" not in log, "it was ended by force"
+
+
+def test_time_limit_ends_a_run_that_stands_still():
+    code, log = ended(STUCK, "grace=0.1,around=0")
+    assert (code, "did not end" in log) == (ExitCode.FAILED, True), log

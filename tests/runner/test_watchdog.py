@@ -8,6 +8,8 @@ import pytest
 from busflow import Graph, Message, Node, on_event, publisher, subscription, timer
 from busflow.bus.events import SubscriptionMatched
 from busflow.clock import SimClock, perf_counter
+from busflow.errors import ExitCode
+from busflow.runner import watchdog
 from busflow.testing import virtual_time
 
 BOUND_S = 0.05
@@ -104,6 +106,29 @@ def test_blocking_handler_is_named_with_its_stack(where, golden):
     [block] = [block for block in report.blocks if block.handler == HANDLERS[where]]
     assert (block.node, block.count) == ("/blocking", 1)
     assert {"node", "handler", "count", "longest_s"} == set(report.as_json()["blocks"][0])
+
+
+def test_blocking_node_stops_before_those_launched_later(monkeypatch):
+    monkeypatch.setattr(watchdog, "_JUST_NOW_S", 60)
+    states = []
+
+    class Late(Node):
+        async def stop(self):
+            states.extend(node.state for node in graph.report().nodes)
+
+    def sink(record):  # on the watchdog's thread
+        if record.values.get("handler"):
+            graph.course.ask_to_stop_from_thread(ExitCode.TERMINATED)
+            blocking.logged.set()
+
+    async def main():
+        async with graph, asyncio.timeout(60):
+            await graph.wait()
+
+    blocking = Blocking().in_("timer")
+    graph = Graph([blocking, Late], watchdog_s=BOUND_S, sinks=(sink,))
+    asyncio.run(main())
+    assert states[0] in {"stopping", "stopped"}
 
 
 def test_watchdog_runs_only_on_request_until_the_end():

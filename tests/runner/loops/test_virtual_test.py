@@ -47,6 +47,15 @@ def test_async_test_under_another_decorator_is_accepted():
     assert virtual_time(wrapped)() == 3
 
 
+def test_task_of_a_virtual_test_has_its_name():
+    @virtual_time
+    async def names_itself() -> str:
+        task = asyncio.current_task()
+        return task.get_name() if task else ""
+
+    assert names_itself() == "names_itself"
+
+
 def test_harness_in_a_plain_test_explains_the_form(golden):
     with golden.raises(NotRunning):
         harness(Nothing)
