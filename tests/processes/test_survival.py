@@ -58,17 +58,6 @@ def stopped_process_is_killed_at_the_end(run, have_ended):
 
 
 @pytest.mark.long
-def test_last_process_ends_after_the_others_die(start, have_ended):
-    run = start(FROM_MAIN, "-v")
-    run.wait_for("received enough")
-    pids = run.pids()
-    os.kill(pids["left"], signal.SIGKILL)
-    run.process.send_signal(signal.SIGKILL)
-    assert run.end(None) == -9
-    assert have_ended([*pids.values()], PATIENCE_S)
-
-
-@pytest.mark.long
 def test_process_ended_by_force_fails_the_run(start, monkeypatch):
     monkeypatch.setenv(VARIABLE, f"{os.environ[VARIABLE]},process_kill=inf")  # the process ends itself, however late
     text = "processes: {far: }\nnodes: {stuck: {plugin: 'faulty:HangsAtStop', process: far}}\n"

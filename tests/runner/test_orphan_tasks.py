@@ -2,6 +2,7 @@
 
 import asyncio
 import gc
+import warnings
 
 import pytest
 
@@ -335,6 +336,19 @@ def test_unawaited_coroutine_is_logged_with_node_and_line(capsys):
     output = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
     assert "warning  /hasty: coroutine 'Hasty.work' " in output
     assert "test_orphan_tasks.py:" in output
+
+
+class Deprecating(Node):
+    """Uses something that warns."""
+
+    async def start(self) -> None:
+        warnings.warn("the sensor is old", stacklevel=1)
+        raise SystemExit
+
+
+def test_other_warnings_are_shown_as_before():
+    with pytest.warns(UserWarning, match="the sensor is old"):
+        busflow.run(Deprecating, inspect=False)
 
 
 class Keeping(Node):
