@@ -11,6 +11,7 @@ from busflow.bus.delivery import Recipient
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import UNWANTED, DeadlineMissed, Event, Notices, SubscriptionMatched
 from busflow.bus.expiry import Perishable, SilenceTimer, expire, fresh
+from busflow.bus.qos import Overflow
 from busflow.bus.queues import Queue, create_queue
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.bus.topic import Topic
@@ -300,6 +301,15 @@ class Subscription(Recipient[M, Topic[M]]):
         self.queue.observe_drops(listener)
         if self._source is not None:
             self._source.rebuild()
+
+    @property
+    def keeps_newest(self) -> bool:
+        """Whether the newest messages are queued here, however many come before them; used by busflow itself."""
+        return self.link is None and self.endpoint.qos.overflow is Overflow.DROP_OLDEST
+
+    def count_overflow(self, count: int) -> None:
+        """Count messages that were published, and dropped before they came here; used by busflow itself."""
+        self.queue.drops["overflow"] += count
 
     def report_losses(self) -> None:
         """Send the node an event for lost messages too, one for all losses of the same moment.

@@ -64,6 +64,9 @@ class Receiver(TopicEndpoint, Protocol):
     def full(self) -> bool: ...  # noqa: D102  # as above
     @property
     def pushes(self) -> tuple[Callable[[Any], None], ...]: ...  # noqa: D102  # as above
+    @property
+    def keeps_newest(self) -> bool: ...  # noqa: D102  # as above
+    def count_overflow(self, count: int) -> None: ...  # noqa: D102  # as above
     def wake(self) -> None: ...  # noqa: D102  # as above
     def statistics(self) -> SubscriptionStatistics: ...  # noqa: D102  # as above
 
@@ -153,6 +156,20 @@ class Topic(DeliverySource, Generic[M]):
         """Return the unexpired messages that transient_local publishers keep for late joiners, in publishing order."""
         kept = sorted((entry for each in self.publishers for entry in each.history), key=lambda entry: entry[0])
         return [item for _, item in kept if fresh(item, self.clock) is not None]
+
+    @property
+    def keeps_newest(self) -> int | None:
+        """The number of newest messages that are kept here, whatever comes before them; None if all must come in."""
+        if self.taps or not all(each.keeps_newest for each in self.subscriptions):
+            return None
+        recent = 0 if self.recent is None else self.recent.maxlen or 0
+        return max((recent, *(each.endpoint.qos.depth for each in self.subscriptions)))
+
+    def count_overflow(self, publisher: TopicPublisher, count: int) -> None:
+        """Count messages of a remote publisher that were dropped before they came into the queues."""
+        publisher.published += count
+        for each in self.subscriptions:
+            each.count_overflow(count)
 
     def first_full(self) -> Receiver | None:
         """Return the first `overflow: block` subscription without room, if any."""

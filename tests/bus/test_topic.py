@@ -2,7 +2,11 @@
 
 import asyncio
 import re
+from types import SimpleNamespace
 
+import pytest
+
+from busflow.bus.qos import Overflow
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
 from tests.bus.conftest import publish
@@ -173,3 +177,35 @@ async def test_publisher_gets_each_match_event(make_bench, case):
         for event in events
     ]
     assert events == case["expect"]["events"]
+
+
+@pytest.mark.parametrize("overflow", Overflow)
+@virtual_time
+async def test_messages_dropped_on_their_way_are_overflow(make_bench, overflow):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription(depth=2, overflow=overflow)
+    publish(publisher, 1, 2)
+    bench.bus.topics["/number"].count_overflow(publisher, 3)
+    assert (subscription.published, subscription.drops["overflow"]) == (5, 3)
+    assert await taken(subscription) == [1, 2]
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_newest_suffice_while_nothing_wants_older_messages(make_bench):
+    bench = make_bench()
+    bench.subscription(depth=3)
+    topic = bench.bus.topics["/number"]
+    deep, tap = bench.subscription(depth=5), bench.bus.tap
+    assert topic.keeps_newest == 5
+    bench.bus.keep_recent(topic, 9)
+    assert topic.keeps_newest == 9
+    tap(topic, print)
+    assert topic.keeps_newest is None
+    bench.bus.untap(topic, print)
+    deep.link = SimpleNamespace(held=0)
+    assert topic.keeps_newest is None
+    deep.close()
+    assert topic.keeps_newest == 9
+    bench.subscription(overflow=Overflow.DROP_NEWEST)
+    assert topic.keeps_newest is None

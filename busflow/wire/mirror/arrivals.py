@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.wire.zenoh.keys import MOST_MISSING
 
 if TYPE_CHECKING:
+    from busflow.bus.publisher import Publisher
     from busflow.bus.subscription import Subscription
     from busflow.bus.topic import Topic
 
@@ -57,11 +58,14 @@ class Arrivals:
                 known.add(number)
                 self._topic.earlier += 1
 
-    def note(self, gid: bytes, sequence: int, *, ordered: bool = False) -> bool:
-        """Record a message, and count the missing ones before it as lost; return False if it is not to be published.
+    def note(
+        self, gid: bytes, sequence: int, *, ordered: bool = False, overflowed: Publisher[Any] | None = None
+    ) -> bool:
+        """Record a message, and count the missing ones before it; return False if it is not to be published.
 
         That is one that has arrived before. With `ordered` it is any that arrives after a newer one: Zenoh brings kept
-        messages in order, so an older one was overtaken while a link was broken.
+        messages in order, so an older one was overtaken while a link was broken. Missing messages count as lost, or as
+        overflow if `overflowed`, their publisher, is given: the receiver has dropped them.
         """
         numbers = self._gone if gid in self._gone else self.last
         last = numbers.get(gid)
@@ -79,7 +83,10 @@ class Arrivals:
                 self._records[gid] = _Record(sequence, [range(1, sequence)])
             return True
         numbers[gid] = sequence
-        if missing := sequence - last - 1:
+        missing = sequence - last - 1
+        if missing and overflowed is not None:
+            self._topic.count_overflow(overflowed, missing)
+        elif missing:
             gaps = self._records[gid].gaps
             gaps.append(range(last + 1, sequence))
             del gaps[:-_MOST_GAPS]

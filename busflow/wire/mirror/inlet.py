@@ -16,6 +16,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -28,7 +29,7 @@ from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
-from busflow.wire.mirror.arrival_buffer import ArrivalBuffer, Arrived, is_large
+from busflow.wire.mirror.arrival_buffer import CHUNK, ArrivalBuffer, Arrived, is_large
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.connection import decoded
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
@@ -50,10 +51,6 @@ _BULKY_RING = 16
 """Number for images, clouds and maps: 256 of them would take gigabytes."""
 _MOST_RING = 4096
 """The largest number, for subscriptions with a large depth."""
-_BATCH = 8
-"""Number of messages that are published before the handlers run, if every queue has room for them."""
-_DEEP_BATCH = 32
-"""The same where every queue is empty and has room for twice as many: handlers that are slow lose none of them."""
 _MOST_DELAYS = 20
 """Limit of such times in a row; each but the first follows one in which a message of the publisher arrived."""
 _MOST_DEPTH = 10_000
@@ -101,7 +98,9 @@ class Inlet:
         self._subscriber: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
         self._late_joiners = LateJoiners(topic, key, self._publishers, connection, numbers=arrivals, asked=latched)
         # Its handler waits in its place: it could not be undeclared during its own recv().
-        self._buffer = ArrivalBuffer(self._subscriber.handler, depth, support.most_bytes, self._skip)
+        self._buffer = ArrivalBuffer(
+            self._subscriber.handler, depth, support.most_bytes, on_malformed=self._discard, on_heavy=self._warn
+        )
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
 
@@ -191,11 +190,13 @@ class Inlet:
             while not self._closed:
                 self._on_loop(self._begin, self._buffer.wait())
                 while not self._emptied.acquire(timeout=timeouts.current.busy_loop):
-                    if self._buffer.limit():
-                        what = f"messages on {self._topic.name} from other processes are dropped"
-                        self._on_loop(self._log.warning, f"{what}: more than {LARGEST >> 20} MiB of them wait")
+                    self._buffer.fill()
         except zenoh.ZError:
             pass  # the subscriber was undeclared, which ends a waiting recv()
+
+    def _warn(self) -> None:
+        what = f"messages on {self._topic.name} from other processes are dropped"
+        self._on_loop(self._log.warning, f"{what}: more than {LARGEST >> 20} MiB of them wait")
 
     def _resume_thread(self) -> None:
         self._emptying = False
@@ -215,32 +216,56 @@ class Inlet:
             self._take()
 
     def _take(self) -> None:
-        """Publish messages of the buffer for a limited time; the others wait until the loop has run other work.
+        """Publish all that has arrived, for a limited time; then the loop runs other work before the next messages.
 
         The clock is read after a quantum of messages, and after each large one, whose copy and decoding take long.
         """
-        dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
-        deep = all(each.endpoint.qos.depth >= 2 * _DEEP_BATCH and not each.queued for each in subscriptions)
-        room = _DEEP_BATCH if deep else min([_BATCH, *(each.endpoint.qos.depth for each in subscriptions)])
+        dispatcher, buffer, subscriptions = self._bus.dispatcher, self._buffer, self._topic.subscriptions
         started, handled, is_empty = dispatcher.now(), 0, False
         try:
-            while batch := self._buffer.take(room):
+            while True:
+                buffer.fill()
+                if len(buffer) > 1:
+                    self._skip_overflow()
+                waiting = len(buffer)
+                overflows = any(waiting + each.queued > each.endpoint.qos.depth for each in subscriptions)
+                batch = buffer.take(inf if overflows else CHUNK)  # no handler gets a message that its queue cannot keep
+                if not batch:
+                    is_empty = True
+                    break
                 handled += QUANTUM if is_large(batch[-1]) else len(batch)
                 dispatcher.run_now(partial(self._publish, batch))
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
                     break  # a queue that is not empty now is read by a task, which needs the loop
-            else:
-                is_empty = True
         finally:  # if one message raises, the others are published all the same
             if is_empty or self._closed:
                 self._resume_thread()
             else:
                 asyncio.get_running_loop().call_later(0, self._go_on)  # after all timers that are due
 
+    def _skip_overflow(self) -> None:
+        """Count the messages that every queue would drop at once, instead of decoding them."""
+        keep = self._topic.keeps_newest
+        if keep is None or len(self._buffer) <= keep:
+            return
+        skipped = self._buffer.skip(keep, self._plain)
+        self.received += len(skipped)
+        signed = [(attachment[GID_AT:], *SEQUENCE.unpack_from(attachment)) for attachment in skipped]
+        for gid, count in Counter(gid for gid, sequence in signed if self._note(gid, sequence)).items():
+            self._topic.count_overflow(self._plain[gid], count)
+
+    def _note(self, gid: bytes, sequence: int, *, ordered: bool = False) -> bool:
+        """Record a message; return False if it is not to be published."""
+        overflowed = self._publishers.get(gid) if self._buffer.has_dropped else None
+        return self._arrivals.note(gid, sequence, ordered=ordered, overflowed=overflowed)
+
     async def _feed(self) -> None:
         """Publish as fast as the nodes accept messages; if that is too slow, the buffer drops its oldest."""
         try:
-            while not self._closed and (batch := self._buffer.take(1)):
+            while not self._closed:
+                self._buffer.fill()
+                if not (batch := self._buffer.take(1)):
+                    break
                 for payload, signature in batch:
                     if (arrival := self._read(payload, signature)) is not None:
                         await self._send(*arrival)
@@ -271,7 +296,7 @@ class Inlet:
             try:
                 publisher.publish(decode(payload))
             except MalformedMessage as error:
-                self._skip(error)
+                self._discard(error)
             except (WouldBlock, NotRunning) as error:  # the error cannot reach the remote publisher: it is only counted
                 self._refuse(error)
 
@@ -314,7 +339,7 @@ class Inlet:
                 return publisher, self._support.decode(found)
             self.losses["lost"] += 1
         except MalformedMessage as error:
-            self._skip(error)
+            self._discard(error)
         return None
 
     def _fetched(self, signature: bytes) -> bytes | None:
@@ -329,7 +354,7 @@ class Inlet:
             self._neighbours.withdraw(error)
             return None
 
-    def _skip(self, error: MalformedMessage) -> None:
+    def _discard(self, error: MalformedMessage) -> None:
         self.losses["malformed"] += 1
         if self.losses["malformed"] == 1:
             self._log.warning(f"a message on {self._topic.name} from another process is malformed: {error}")
@@ -347,7 +372,7 @@ class Inlet:
             if keeps and stated.sequence > 1 and stated.gid not in self._arrivals.last:
                 # What it keeps is not here: it was asked before the way to it was known.
                 self._late_joiners.ask_again(stated.gid)
-            if not self._arrivals.note(stated.gid, stated.sequence, ordered=keeps):
+            if not self._note(stated.gid, stated.sequence, ordered=keeps):
                 return None
         found = known or next(iter(self._publishers.values()), None)
         if found is None:

@@ -63,44 +63,77 @@ def test_bytes_that_are_no_burst_are_refused(change):
 # Arriving.
 
 
-def test_batch_ends_with_its_first_large_message(directory):
-    with open_session(directory, listen="here.sock") as session:
-        subscriber = session.declare_subscriber("x", zenoh.handlers.RingChannel(16))
-        buffer = ArrivalBuffer(subscriber.handler, 16, inf, lambda _: None)
-        alone = [MESSAGES[0], (bytes(LARGE), MESSAGES[1][1]), MESSAGES[2], (b"", MESSAGES[3][1]), MESSAGES[3]]
-        for payload, attachment in (joined(MESSAGES), *alone):
-            session.put("x", payload, attachment=attachment)
-        taken = [buffer.take(3) for _ in range(6)]
-    assert taken == [MESSAGES[:3], [MESSAGES[3], *alone[:2]], alone[2:4], alone[4:], [], []]
+def buffered(samples, depth, most_bytes=inf, *, heard=print):
+    """A buffer whose ring has these samples; it says what is malformed, and when it becomes too heavy."""
+    ring = SimpleNamespace(try_recv=lambda: samples.popleft() if samples else None)
+    return ArrivalBuffer(ring, depth, most_bytes, on_malformed=heard, on_heavy=lambda: heard("heavy"))
+
+
+def sample(payload, attachment=None):
+    signature = None if attachment is None else zenoh.ZBytes(attachment)
+    return SimpleNamespace(payload=zenoh.ZBytes(payload), attachment=signature)
+
+
+def test_batch_ends_with_its_first_large_message():
+    alone = [MESSAGES[0], (bytes(LARGE), MESSAGES[1][1]), MESSAGES[2], (b"", MESSAGES[3][1]), MESSAGES[3]]
+    buffer = buffered(deque([sample(*each) for each in (joined(MESSAGES), *alone)]), 16)
+    buffer.fill()
+    assert len(buffer) == 9
+    taken = [buffer.take(3), buffer.take(), buffer.take(1), buffer.take(), buffer.take()]
+    assert taken == [MESSAGES, alone[:2], alone[2:3], alone[3:], []]
+
+
+def test_messages_are_skipped_oldest_first_and_bursts_whole():
+    burst, alone = joined(MESSAGES[:3]), [sample(*each) for each in MESSAGES]
+    buffer = buffered(deque([*alone[:2], sample(*burst), alone[3], sample(b"", b"x" * 33)]), 16)
+    buffer.fill()
+    signatures = [attachment for _, attachment in MESSAGES]
+    assert buffer.skip(4, {b"g" * 16}) == signatures[:2]
+    assert buffer.skip(3, {b"g" * 16}) == []
+    assert buffer.skip(1, {b"g" * 16}) == signatures
+    assert buffer.skip(0, {b"g" * 16}) == []
+    assert buffer.take() == [(b"", b"x" * 33)]
 
 
 def test_buffer_keeps_newest_samples_within_its_limits(monkeypatch):
     monkeypatch.setattr(arrival_buffer, "LARGEST", 4000)
-    ring = deque[SimpleNamespace]()
-    samples = [SimpleNamespace(payload=zenoh.ZBytes(bytes([n]) * 1000), attachment=None) for n in range(8)]
-    handler = SimpleNamespace(try_recv=lambda: ring.popleft() if ring else None, recv=ring.popleft)
-    buffer = ArrivalBuffer(handler, 6, inf, lambda _: None)
-    ring.extend(samples)
-    assert buffer.limit()
+    ring, heavy = deque[SimpleNamespace](), []
+    samples = [sample(bytes([n]) * 1000) for n in range(8)]
+    buffer = buffered(ring, 6, heard=heavy.append)
+
+    def numbers():
+        return [payload[0] for payload, _ in buffer.take(inf)]
+
+    ring.extend(samples[:4])
+    buffer.fill()
+    assert (numbers(), buffer.has_dropped) == ([0, 1, 2, 3], False)
+    ring.extend(samples[:5])
+    buffer.fill()
+    assert (numbers(), buffer.has_dropped, heavy) == ([1, 2, 3, 4], True, ["heavy"])
     ring.append(samples[0])
-    assert buffer.wait() is samples[4], "what was taken from the ring comes first"
-    assert [payload[0] for payload, _ in buffer.take(9)] == [5, 6, 7, 0]
-    ring.extend([*samples[:2], SimpleNamespace(payload=zenoh.ZBytes(bytes(5000)))])
-    assert not buffer.limit(), "it says so once"
-    assert len(buffer.wait().payload) == 5000, "one is kept, however large"
-    ring.extend([SimpleNamespace(payload=zenoh.ZBytes(b"x"), attachment=None)] * 9)
-    buffer.limit()
-    assert len(buffer.take(9)) == 6
+    buffer.fill()
+    assert (numbers(), buffer.has_dropped) == ([0], False)
+    ring.extend([*samples[:2], sample(bytes(5000))])
+    buffer.fill()
+    assert ([len(payload) for payload, _ in buffer.take()], heavy) == ([5000], ["heavy"]), "one stays; it says so once"
+    ring.extend([sample(b"x")] * 9)
+    buffer.fill()
+    assert len(buffer.take(1)) == len(buffer) - 4 == 1
+    assert buffer.has_dropped
+    ring.extend([sample(b"x")] * 6)
+    buffer.fill()
+    assert (len(buffer.take()), buffer.has_dropped) == (6, True)
 
 
 def test_buffer_copies_nothing_too_large_for_its_type():
-    ring = deque([SimpleNamespace(payload=zenoh.ZBytes(bytes(size)), attachment=None) for size in (12, 13)])
-    faults = []
-    buffer = ArrivalBuffer(SimpleNamespace(try_recv=lambda: ring.popleft() if ring else None), 6, 12, faults.append)
+    ring, faults = deque([sample(bytes(size)) for size in (12, 13)]), []
+    buffer = buffered(ring, 6, 12, heard=faults.append)
+    buffer.fill()
     (small, _), (large, _) = buffer.take(9)
     assert isinstance(small, bytes)
     assert isinstance(large, zenoh.ZBytes)
-    ring.append(SimpleNamespace(payload=zenoh.ZBytes(bytes(MOST_BYTES + 1)), attachment=zenoh.ZBytes(bytes(66))))
+    ring.append(sample(bytes(MOST_BYTES + 1), bytes(66)))
+    buffer.fill()
     assert buffer.take(9) == []
     assert f"{MOST_BYTES + 1:,} bytes" in str(faults)
 
@@ -182,7 +215,7 @@ class Ear(Node):
         self.heard: list[int] = []
         self.sizes: list[int] = []
 
-    @subscription("numbers", qos=QoS(depth=5))
+    @subscription("numbers", qos=QoS(depth=100))
     def on_number(self, number: Int64) -> None:
         self.heard.append(number.data)
 
@@ -195,7 +228,7 @@ class AsyncEar(Node):
     def declare(self) -> None:
         self.heard: list[int] = []
 
-    @subscription("numbers", qos=QoS(depth=5))
+    @subscription("numbers", qos=QoS(depth=100))
     async def on_number(self, number: Int64) -> None:
         self.heard.append(number.data)
 
@@ -238,7 +271,7 @@ def wire(directory):
 @SHARED
 @pytest.mark.parametrize("ear", [Ear, AsyncEar])
 @pytest.mark.asyncio
-async def test_burst_deeper_than_the_queue_arrives_whole(directory, monkeypatch, ear):
+async def test_bursts_that_the_queue_has_room_for_arrive_whole(directory, monkeypatch, ear):
     async with pair(directory, monkeypatch, ear) as (here, there):
         talker, heard = here.graph.node(Talker), there.graph.node(ear).heard
         with wire(directory) as counts:

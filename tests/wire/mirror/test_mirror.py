@@ -62,7 +62,7 @@ class Reader(Node):
         super().__init__(**words)
         self.received = []
 
-    @subscription("numbers")
+    @subscription("numbers", qos=QoS(depth=100))
     def on_number(self, number: Int64) -> None:
         self.received.append(number.data)
 

@@ -9,7 +9,7 @@ from contextlib import asynccontextmanager
 import numpy as np
 import pytest
 
-from busflow import Node, publisher, subscription
+from busflow import Node, QoS, publisher, subscription
 from busflow.msgs.sensor_msgs import Image
 from tests.wire.mirror.processes import PATIENCE_S, Process, until
 
@@ -37,7 +37,7 @@ class Viewer(Node):
     def declare(self) -> None:
         self.seen: list[int] = []
 
-    @subscription("images")
+    @subscription("images", qos=QoS(depth=100))
     def see(self, image: Image) -> None:
         assert set(image.data.tolist()) == {image.height % 256}
         self.seen.append(image.height)

@@ -1,0 +1,189 @@
+"""Messages that come from another process while a handler is busy: each queue gets them as in one process.
+
+Tests of `inlet.py` and `arrival_buffer.py`.
+"""
+
+import threading
+from contextlib import asynccontextmanager
+
+import pytest
+
+from busflow import MessageLost, Node, Overflow, QoS, Reliability, on_event, subscription
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.msgs.std_msgs import UInt8MultiArray
+from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
+from busflow.wire.zenoh.qos_text import to_text
+from busflow.wire.zenoh.session import open_session
+from tests.wire.mirror.processes import PATIENCE_S, Process, until
+
+pytestmark = pytest.mark.asyncio
+
+TYPE = TypeSupport(UInt8MultiArray)
+KEY = topic_key("/blocks", TYPE.name, TYPE.type_hash)
+
+
+class Source:
+    """A publisher that is no node of busflow, and that any thread may use."""
+
+    def __init__(self, directory, reader):
+        self._session, self._arrived = open_session(directory), threading.Event()
+        zid, end = str(self._session.info.zid()), ("/blocks", TYPE.name, TYPE.type_hash, to_text(QoS()))
+        self._token = Token(zid, 0, 1, TokenKind.PUBLISHER, "/", "source", *end)
+        self._declared = [
+            self._session.liveliness().declare_token(str(self._token)),
+            reader.membership._mirror._session.declare_subscriber("end", lambda _: self._arrived.set()),
+        ]
+        self.published = 0
+
+    def publish(self, count, size=1):
+        """Publish so many blocks, and wait until all have arrived; the first byte of each is its number."""
+        for _ in range(count):
+            block = UInt8MultiArray(data=bytes([self.published % 256]) * size)
+            self.published += 1
+            self._session.put(
+                KEY, TYPE.encode(block), attachment=Attachment(self.published, 0, self._token.gid).encode()
+            )
+        self._arrived.clear()
+        self._session.put("end", b"")
+        assert self._arrived.wait(PATIENCE_S)
+
+    def close(self):
+        self._session.close()
+
+
+class Reader(Node):
+    """Notes the number of each block, and does as the test says at the first one."""
+
+    def declare(self) -> None:
+        self.heard: list[int] = []
+        self.meanwhile = lambda: None
+
+    def on_block(self, block: UInt8MultiArray) -> None:
+        self.heard.append(int(block.data[0]))
+        if len(self.heard) == 1:
+            self.meanwhile()
+
+
+class Busy(Reader):
+    @subscription("blocks", qos=QoS(depth=1))
+    def on_one(self, block: UInt8MultiArray) -> None:
+        self.on_block(block)
+
+
+class BestEffort(Reader):
+    @subscription("blocks", qos=QoS(depth=1, reliability=Reliability.BEST_EFFORT))
+    def on_one(self, block: UInt8MultiArray) -> None:
+        self.on_block(block)
+
+
+class Three(Reader):
+    @subscription("blocks", qos=QoS(depth=3))
+    def on_three(self, block: UInt8MultiArray) -> None:
+        self.on_block(block)
+
+
+class Newest(Reader):
+    @subscription("blocks", qos=QoS(depth=2, overflow=Overflow.DROP_NEWEST))
+    def on_two(self, block: UInt8MultiArray) -> None:
+        self.on_block(block)
+
+
+class Notified(Busy):
+    def declare(self) -> None:
+        super().declare()
+        self.events: list[MessageLost] = []
+
+    @on_event("blocks")
+    def on_lost(self, event: MessageLost) -> None:
+        self.events.append(event)
+
+
+class Both(Busy):
+    """Has a deep queue beside the short one."""
+
+    def declare(self) -> None:
+        super().declare()
+        self.all: list[int] = []
+
+    @subscription("blocks", qos=QoS(depth=100))
+    def on_all(self, block: UInt8MultiArray) -> None:
+        self.all.append(int(block.data[0]))
+
+
+@asynccontextmanager
+async def receiving(directory, node):
+    """A process with a node, and a source in another session whose first block the node has not handled."""
+    process = Process(node, "reader", directory)
+    bus = process.graph.bus
+    await process.graph.start()
+    source = Source(directory, process)
+    try:
+        await until(lambda: bus.topics["/blocks"].publishers)
+        yield process.graph.node(node), bus.topics["/blocks"], source
+    finally:
+        source.close()
+        await process.graph.stop()
+
+
+def accounted(topic, published):
+    """The overflow of each subscription, whose account is even and holds all that was published."""
+    lines = topic.statistics().subscriptions
+    assert topic.losses == {}
+    for line in lines:
+        assert line.published == published
+        assert line.published == line.delivered + line.dropped + line.queued
+        assert set(line.drops) <= {"overflow"}
+    return [line.dropped for line in lines]
+
+
+@pytest.mark.parametrize(
+    ("node", "heard"),
+    [(Busy, [0, 12]), (BestEffort, [0, 12]), (Three, [0, 10, 11, 12]), (Newest, [0, 1, 2])],
+)
+@pytest.mark.parametrize("size", [1, 100_000])
+async def test_busy_handler_gets_what_its_queue_would_have_kept(directory, node, heard, size):
+    async with receiving(directory, node) as (reader, topic, source):
+        reader.meanwhile = lambda: source.publish(12, size)
+        source.publish(1)
+        await until(lambda: len(reader.heard) == len(heard))
+        assert reader.heard == heard
+        assert accounted(topic, 13) == [13 - len(heard)]
+
+
+@pytest.mark.parametrize("node", [Busy, Newest])
+async def test_more_than_every_buffer_has_room_for_is_overflow(directory, node):
+    async with receiving(directory, node) as (reader, topic, source):
+        reader.meanwhile = lambda: source.publish(600)
+        source.publish(1)
+        await until(lambda: len(reader.heard) > 1 and topic.published == 601)
+        assert accounted(topic, 601) == [601 - len(reader.heard)]
+
+
+async def test_deep_queue_gets_all_beside_a_short_one(directory):
+    async with receiving(directory, Both) as (reader, topic, source):
+        reader.meanwhile = lambda: source.publish(50)
+        source.publish(1)
+        await until(lambda: len(reader.all) == 51)
+        assert (reader.heard, reader.all) == ([0, 50], [*range(51)])
+        assert accounted(topic, 51) == [49, 0]
+
+
+async def test_tap_gets_all_beside_a_short_queue(directory):
+    async with receiving(directory, Busy) as (reader, topic, source):
+        tapped = []
+        reader.meanwhile = lambda: source.publish(12)
+        topic.taps.append(lambda block: tapped.append(int(block.data[0])))
+        topic.rebuild()
+        source.publish(1)
+        await until(lambda: len(reader.heard) == 2)
+        assert (reader.heard, tapped) == ([0, 12], [*range(13)])
+        assert accounted(topic, 13) == [11]
+
+
+async def test_node_is_told_of_skipped_messages(directory):
+    async with receiving(directory, Notified) as (reader, topic, source):
+        reader.meanwhile = lambda: source.publish(50)
+        source.publish(1)
+        await until(lambda: len(reader.heard) == 2 and reader.events)
+        assert [(event.total, event.total_change) for event in reader.events] == [(49, 49)]
+        assert accounted(topic, 51) == [49]
