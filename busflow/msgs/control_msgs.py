@@ -70,7 +70,7 @@ from busflow.interfaces.message import (
     uint32,
     zeros,
 )
-from busflow.msgs import trajectory_msgs
+from busflow.msgs import export_types, trajectory_msgs
 from busflow.msgs.builtin_interfaces import Duration, Time
 from busflow.msgs.diagnostic_msgs import KeyValue
 from busflow.msgs.geometry_msgs import (
@@ -87,58 +87,6 @@ from busflow.msgs.geometry_msgs import (
 from busflow.msgs.sensor_msgs import BatteryState, JointState
 from busflow.msgs.std_msgs import Float64MultiArray, Header, Int8MultiArray, String
 from busflow.msgs.trajectory_msgs import JointTrajectoryPoint, MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
-
-__all__ = [
-    "AdmittanceControllerState",
-    "BatteryStateArray",
-    "CANopenState",
-    "DynamicInterfaceGroupValues",
-    "DynamicInterfaceValues",
-    "DynamicJointState",
-    "EtherCATState",
-    "ExecuteMotionPrimitiveSequence",
-    "Float64Values",
-    "FollowJointTrajectory",
-    "FollowJointWrenchTrajectory",
-    "GenericHardwareState",
-    "GripperCommand",
-    "HardwareDeviceDiagnostics",
-    "HardwareDeviceStatus",
-    "HardwareDiagnostics",
-    "HardwareStatus",
-    "InterfaceValue",
-    "JointComponentTolerance",
-    "JointControllerState",
-    "JointJog",
-    "JointTolerance",
-    "JointTrajectory",
-    "JointTrajectoryControllerState",
-    "JointWrenchTrajectory",
-    "JointWrenchTrajectoryPoint",
-    "Keys",
-    "MecanumDriveControllerState",
-    "MotionArgument",
-    "MotionPrimitive",
-    "MotionPrimitiveSequence",
-    "MultiDOFCommand",
-    "MultiDOFStateStamped",
-    "ParallelGripperCommand",
-    "PidState",
-    "PointHead",
-    "QueryCalibrationState",
-    "QueryTrajectoryState",
-    "SetOdometry",
-    "SingleDOFState",
-    "SingleDOFStateStamped",
-    "SingleJointPosition",
-    "SpeedScalingFactor",
-    "SteeringControllerCommand",
-    "SteeringControllerStatus",
-    "VDA5050SafetyState",
-    "VDA5050State",
-    "WrenchFramed",
-    "action",
-]
 
 
 class AdmittanceControllerState(Message, package="control_msgs"):
@@ -851,3 +799,6 @@ class action:
             effort: float64 = 0.0
             stalled: bool = False
             reached_goal: bool = False
+
+
+export_types(globals())

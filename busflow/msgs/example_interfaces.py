@@ -68,42 +68,7 @@ from busflow.interfaces.message import (
     wstring,
     zeros,
 )
-
-__all__ = [
-    "AddTwoInts",
-    "Bool",
-    "Byte",
-    "ByteMultiArray",
-    "Char",
-    "Empty",
-    "Fibonacci",
-    "Float32",
-    "Float32MultiArray",
-    "Float64",
-    "Float64MultiArray",
-    "Int8",
-    "Int8MultiArray",
-    "Int16",
-    "Int16MultiArray",
-    "Int32",
-    "Int32MultiArray",
-    "Int64",
-    "Int64MultiArray",
-    "MultiArrayDimension",
-    "MultiArrayLayout",
-    "SetBool",
-    "String",
-    "Trigger",
-    "UInt8",
-    "UInt8MultiArray",
-    "UInt16",
-    "UInt16MultiArray",
-    "UInt32",
-    "UInt32MultiArray",
-    "UInt64",
-    "UInt64MultiArray",
-    "WString",
-]
+from busflow.msgs import export_types
 
 
 class Bool(Message, package="example_interfaces"):
@@ -352,3 +317,6 @@ class Fibonacci(ActionType, package="example_interfaces"):
         """The feedback."""
 
         sequence: Int32Array = zeros()
+
+
+export_types(globals())

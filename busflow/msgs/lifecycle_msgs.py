@@ -15,17 +15,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from busflow.interfaces.message import Message, ServiceType, uint8, uint64
-
-__all__ = [
-    "ChangeState",
-    "GetAvailableStates",
-    "GetAvailableTransitions",
-    "GetState",
-    "State",
-    "Transition",
-    "TransitionDescription",
-    "TransitionEvent",
-]
+from busflow.msgs import export_types
 
 
 class State(Message, package="lifecycle_msgs"):
@@ -150,3 +140,6 @@ class GetState(ServiceType, package="lifecycle_msgs"):
         """The response."""
 
         current_state: State = State()
+
+
+export_types(globals())

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from busflow.interfaces.message import Int8Array, Message, ServiceType, float32, uint8, uint32, zeros
+from busflow.msgs import export_types
 from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.geometry_msgs import (
     Point,
@@ -14,19 +15,6 @@ from busflow.msgs.geometry_msgs import (
     TwistWithCovariance,
 )
 from busflow.msgs.std_msgs import Header
-
-__all__ = [
-    "GetMap",
-    "GetPlan",
-    "Goals",
-    "GridCells",
-    "LoadMap",
-    "MapMetaData",
-    "OccupancyGrid",
-    "Odometry",
-    "Path",
-    "SetMap",
-]
 
 
 class Goals(Message, package="nav_msgs"):
@@ -156,3 +144,6 @@ class SetMap(ServiceType, package="nav_msgs"):
         """Whether it took the map."""
 
         success: bool = False
+
+
+export_types(globals())

@@ -3,16 +3,10 @@
 from collections.abc import Sequence
 
 from busflow.interfaces.message import Float64Array, Message, zeros
+from busflow.msgs import export_types
 from busflow.msgs.builtin_interfaces import Duration
 from busflow.msgs.geometry_msgs import Transform, Twist
 from busflow.msgs.std_msgs import Header
-
-__all__ = [
-    "JointTrajectory",
-    "JointTrajectoryPoint",
-    "MultiDOFJointTrajectory",
-    "MultiDOFJointTrajectoryPoint",
-]
 
 
 class JointTrajectoryPoint(Message, package="trajectory_msgs"):
@@ -66,3 +60,6 @@ class MultiDOFJointTrajectory(Message, package="trajectory_msgs"):
     joint_names: Sequence[str] = ()
     """The joints, in the order of the points' sequences."""
     points: Sequence[MultiDOFJointTrajectoryPoint] = ()
+
+
+export_types(globals())

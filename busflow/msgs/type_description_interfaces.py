@@ -15,16 +15,7 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 from busflow.interfaces.message import Length, Message, ServiceType, uint8, uint64
-
-__all__ = [
-    "Field",
-    "FieldType",
-    "GetTypeDescription",
-    "IndividualTypeDescription",
-    "KeyValue",
-    "TypeDescription",
-    "TypeSource",
-]
+from busflow.msgs import export_types
 
 
 class FieldType(Message, package="type_description_interfaces"):
@@ -273,3 +264,6 @@ class GetTypeDescription(ServiceType, package="type_description_interfaces"):
         """
         extra_information: Sequence[KeyValue] = ()
         """Key-value pairs of extra information."""
+
+
+export_types(globals())

@@ -22,27 +22,9 @@
 from collections.abc import Sequence
 
 from busflow.interfaces.message import Message, float32, float64, int32, uint16
+from busflow.msgs import export_types
 from busflow.msgs.geometry_msgs import Pose, PoseWithCovariance, Vector3
 from busflow.msgs.std_msgs import Header
-
-__all__ = [
-    "BoundingBox2D",
-    "BoundingBox2DArray",
-    "BoundingBox3D",
-    "BoundingBox3DArray",
-    "Classification",
-    "Detection2D",
-    "Detection2DArray",
-    "Detection3D",
-    "Detection3DArray",
-    "LabelInfo",
-    "ObjectHypothesis",
-    "ObjectHypothesisWithPose",
-    "Point2D",
-    "Pose2D",
-    "VisionClass",
-    "VisionInfo",
-]
 
 
 class Point2D(Message, package="vision_msgs"):
@@ -163,3 +145,6 @@ class VisionInfo(Message, package="vision_msgs"):
     method: str = ""
     database_location: str = ""
     database_version: int32 = 0
+
+
+export_types(globals())

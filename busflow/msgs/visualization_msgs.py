@@ -20,26 +20,11 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from busflow.interfaces.message import Message, ServiceType, UInt8Array, float32, int32, uint8, uint32, uint64, zeros
+from busflow.msgs import export_types
 from busflow.msgs.builtin_interfaces import Duration
 from busflow.msgs.geometry_msgs import Point, Pose, Quaternion, Vector3
 from busflow.msgs.sensor_msgs import CompressedImage
 from busflow.msgs.std_msgs import ColorRGBA, Header
-
-__all__ = [
-    "GetInteractiveMarkers",
-    "ImageMarker",
-    "InteractiveMarker",
-    "InteractiveMarkerControl",
-    "InteractiveMarkerFeedback",
-    "InteractiveMarkerInit",
-    "InteractiveMarkerPose",
-    "InteractiveMarkerUpdate",
-    "Marker",
-    "MarkerArray",
-    "MenuEntry",
-    "MeshFile",
-    "UVCoordinate",
-]
 
 
 class ImageMarker(Message, package="visualization_msgs"):
@@ -245,3 +230,6 @@ class GetInteractiveMarkers(ServiceType, package="visualization_msgs"):
 
         sequence_number: uint64 = 0
         markers: Sequence[InteractiveMarker] = ()
+
+
+export_types(globals())
