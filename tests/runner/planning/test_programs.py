@@ -99,13 +99,14 @@ def test_simulated_time_starts_no_program(folder):
         plan = Preflight(clock, Log(clock)).plan([load("lab1.yaml")])
     (problem,) = (each for each in plan.problems if each.code == "programs-left-out")
     assert (problem.severity, problem.message.partition(": ")[2]) == (Severity.WARNING, "/driver, /other")
+    assert str(problem.place).endswith("lab1.yaml:1:12")
     assert plan.errors == []
 
 
 def test_system_without_process_groups_is_an_error(check, monkeypatch, golden):
     monkeypatch.delattr(os, "killpg")
     (problem,) = check("programs: {driver: {command: [sh]}, other: {command: [sh]}}").errors
-    assert problem.code == "no-posix"
+    assert (problem.code, str(problem.place).endswith("yaml:1:12")) == ("no-posix", True)
     golden(problem.message)
     assert "WSL" in (problem.fix or "")
 
