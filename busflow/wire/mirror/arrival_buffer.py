@@ -70,21 +70,15 @@ class ArrivalBuffer:
         """Return the number of messages that wait, but for those in the ring."""
         return self._messages
 
-    def wait(self) -> zenoh.Sample:
-        """Wait for the next sample and return it, for `put`; in a thread of its own.
+    def wait(self) -> None:
+        """Wait for the next sample and take it out of the ring, while nothing else does; in a thread of its own.
 
         Raises:
             ZError: The subscriber is undeclared, which ends the wait.
         """
-        return self._ring.recv()
-
-    def put(self, sample: zenoh.Sample) -> None:
-        """Add a sample."""
-        attachment, payload = sample.attachment, sample.payload
-        signature = b"" if attachment is None else attachment.to_bytes()
-        self._samples.append((payload, signature))
-        self._messages += _messages_in(signature)
-        self._bytes += len(payload)
+        sample = self._ring.recv()
+        with self._lock:
+            self._put(sample)
 
     def fill(self) -> None:
         """Take all samples out of the ring; drop the oldest beyond its depth, or beyond `LARGEST` bytes.
@@ -95,7 +89,7 @@ class ArrivalBuffer:
             samples, taken = self._samples, 0
             try:
                 while (sample := self._ring.try_recv()) is not None:
-                    self.put(sample)
+                    self._put(sample)
                     taken += 1
             except zenoh.ZError:
                 pass  # the session is closed
@@ -142,6 +136,13 @@ class ArrivalBuffer:
                     weight += CHUNK if is_large(taken[-1]) else 1
             self._drops = self._drops and bool(self._samples)
         return taken
+
+    def _put(self, sample: zenoh.Sample) -> None:
+        attachment, payload = sample.attachment, sample.payload
+        signature = b"" if attachment is None else attachment.to_bytes()
+        self._samples.append((payload, signature))
+        self._messages += _messages_in(signature)
+        self._bytes += len(payload)
 
     def _pop(self) -> tuple[zenoh.ZBytes, bytes]:
         payload, signature = self._samples.popleft()

@@ -188,7 +188,8 @@ class Inlet:
         """Wait for a message, then for the loop to empty the buffer, and so on; runs in the inlet's own thread."""
         try:
             while not self._closed:
-                self._on_loop(self._begin, self._buffer.wait())
+                self._buffer.wait()
+                self._on_loop(self._begin)
                 while not self._emptied.acquire(timeout=timeouts.current.busy_loop):
                     self._buffer.fill()
         except zenoh.ZError:
@@ -203,9 +204,8 @@ class Inlet:
         if self._emptied.locked():
             self._emptied.release()
 
-    def _begin(self, first: zenoh.Sample) -> None:
+    def _begin(self) -> None:
         self._emptying = True
-        self._buffer.put(first)
         self._go_on()
 
     def _go_on(self) -> None:

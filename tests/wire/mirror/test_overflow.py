@@ -187,3 +187,13 @@ async def test_node_is_told_of_skipped_messages(directory):
         await until(lambda: len(reader.heard) == 2 and reader.events)
         assert [(event.total, event.total_change) for event in reader.events] == [(49, 49)]
         assert accounted(topic, 51) == [49]
+
+
+async def test_messages_stay_in_order_while_the_loop_is_busy(directory, limits):
+    limits(busy_loop=0.0)
+    async with receiving(directory, Both) as (reader, topic, source):
+        for last in range(1, 101, 20):
+            source.publish(20)  # the loop waits for them here
+            await until(lambda last=last: len(reader.all) == last + 19)
+        assert reader.all == [*range(100)]
+        assert accounted(topic, 100)[1] == 0
