@@ -28,8 +28,7 @@ Examples:
 )
 @click.option("--topics", metavar="PATTERN", multiple=True, help="Only these topics, services and actions: /arm/**.")
 @click.option("--interface", metavar="NAME", help="The network interface, such as eth0; else loopback.")
-@click.option("--voice", "pipe", type=int, hidden=True)
-def dds(run: str | None, domain: int, topics: tuple[str, ...], interface: str | None, pipe: int | None) -> None:
+def dds(run: str | None, domain: int, topics: tuple[str, ...], interface: str | None) -> None:
     """Connect a running graph with nodes of ROS 2 that speak DDS.
 
     Without --interface only nodes of this machine do.
@@ -38,4 +37,4 @@ def dds(run: str | None, domain: int, topics: tuple[str, ...], interface: str | 
         from busflow.dds.process import serve
         from busflow.wire.zenoh.run_directory import find_run
 
-    serve(find_run(run), domain, topics, interface=interface, pipe=pipe)
+    serve(find_run(run), domain, topics, interface=interface)

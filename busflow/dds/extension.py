@@ -1,4 +1,4 @@
-"""Bridge: the program `busflow dds` of a run, which lives as long as the run and is started again when it fails."""
+"""Bridge: a program of a run as `busflow dds` is, which lives as long as the run and is started again when it fails."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from busflow.errors import ExitCode
 from busflow.launchfile.model.description import ProgramSpec
 from busflow.launchfile.model.supervision import RestartPolicy, Supervision
 from busflow.launchfile.yaml.value import Origin, StatedBy
-from busflow.processes.child import busflow_command, busflow_environment
+from busflow.processes.child import busflow_environment, module_command
 from busflow.processes.pipe import record_of
 from busflow.programs.program import Program
 from busflow.runner.extension import Extension
@@ -41,9 +41,7 @@ class Bridge(Extension):
             LaunchError: the environment names no valid domain.
         """
         self._graph, self._log = graph, graph.log.bind(NODE)
-        self._arguments = ["dds", "--domain", str(spec.domain_in(os.environ))]
-        self._arguments += [f"--topics={each}" for each in spec.topics]
-        self._arguments += [] if spec.interface is None else [f"--interface={spec.interface}"]
+        self._arguments = (str(spec.domain_in(os.environ)), spec.interface or "", *spec.topics)
 
     def begin(self) -> None:
         """Check that DDS can be spoken here.
@@ -61,7 +59,7 @@ class Bridge(Extension):
             self._log.error("there is no bridge to DDS: other terminals cannot join this run")
             yield
             return
-        command = tuple(busflow_command([*self._arguments, "--run", own.name]))
+        command = tuple(module_command("busflow.dds.process", own.name, *self._arguments))
         grace_s = timeouts.current.bridge_end / 2  # after SIGINT, and again after SIGTERM
         spec = ProgramSpec(NODE, _ORIGIN, command, _ORIGIN, Path.cwd(), _ORIGIN, grace_s=grace_s, supervision=_LIFE)
         program = BridgeProgram(self._graph, spec, busflow_environment(os.environ))

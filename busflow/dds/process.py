@@ -1,4 +1,7 @@
-"""The process of a bridge: from its options to its end, by a signal or with the run."""
+"""The process of a bridge: from its options to its end, by a signal or with the run.
+
+A run starts one as `python -m busflow.dds.process RUN DOMAIN INTERFACE [PATTERN]... PIPE`.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,10 @@ from typing import TYPE_CHECKING
 
 from busflow.bus.patterns import Selection
 from busflow.clock import SystemClock
-from busflow.errors import InspectionUnavailable, how_to_install
+from busflow.errors import BusflowError, InspectionUnavailable, how_to_install
 from busflow.log import Log, console_sink
 from busflow.processes.pipe import PipeWriter
+from busflow.wire.zenoh.run_directory import find_run
 from busflow.wire.zenoh.session import require_zenoh
 
 if TYPE_CHECKING:
@@ -69,3 +73,16 @@ def serve(
         log.info("the bridge to DDS is closed", carried=str(bridge.carried))
         if writer is not None:
             writer.close()
+
+
+def _run_as_program() -> None:
+    name, domain, interface, *patterns, pipe = sys.argv[1:]
+    try:
+        serve(find_run(name), int(domain), patterns, interface=interface or None, pipe=int(pipe))
+    except BusflowError as error:
+        print(f"error: {error}", file=sys.stderr)  # noqa: T201  # the run logs what its program prints
+        sys.exit(error.exit_code)
+
+
+if __name__ == "__main__":
+    _run_as_program()

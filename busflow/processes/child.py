@@ -27,9 +27,9 @@ _LINE_BYTES = 4096
 _REPORT_BYTES = 1 << 24
 
 
-def busflow_command(arguments: Sequence[str]) -> list[str]:
-    """Return the command of a `Child` that runs busflow: -P, so that nothing of the folder it starts in is imported."""
-    return [sys.executable, "-P", "-m", "busflow", *arguments, "--voice"]
+def module_command(module: str, *arguments: str) -> list[str]:
+    """Return the command of a `Child` that runs a module; with -P it imports nothing of the folder it starts in."""
+    return [sys.executable, "-P", "-m", module, *arguments]
 
 
 def busflow_environment(environment: Mapping[str, str]) -> dict[str, str]:

@@ -19,7 +19,7 @@ from busflow import timeouts
 from busflow.errors import ExitCode
 from busflow.launchfile.model.supervision import Restart
 from busflow.processes.assignment import Memory
-from busflow.processes.child import Child, busflow_environment
+from busflow.processes.child import Child, busflow_environment, module_command
 from busflow.processes.pipe import record_of
 from busflow.runner.restarting import Restarting, following
 from busflow.runner.signals import CODES, signal_name
@@ -124,7 +124,7 @@ class WorkerProcess(Restarting):
         self.child: Child | None = None
         self.spec = spec
         self._graph, self._owner = graph, owner
-        self._command = [sys.executable, "-P", "-m", "busflow.processes.worker", spec.name]
+        self._command = module_command("busflow.processes.worker", spec.name)
         self._environment = busflow_environment({**environment, **spec.env})
         self._end: dict[str, Any] = {}
         """The end that the process reported: `exit_code`, `failures`, `finished`; empty if it reported none."""
