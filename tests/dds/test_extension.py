@@ -29,9 +29,7 @@ asyncio.run(main())
 
 def bridge_of(process):
     """The process number of a run's bridge."""
-    found = [
-        pid for pid in descendants(process.pid) if b"dds" in Path(f"/proc/{pid}/cmdline").read_bytes().split(bytes(1))
-    ]
+    found = [pid for pid in descendants(process.pid) if b"busflow.dds" in Path(f"/proc/{pid}/cmdline").read_bytes()]
     assert len(found) == 1
     return found[0]
 
