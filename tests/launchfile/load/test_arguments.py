@@ -87,6 +87,12 @@ def test_a_caller_passes_typed_values(folder, value: object):
         ("side:=rigth", 7, "argument side must be one of left, right, on, got text 'rigth'", "did you mean 'right'?"),
         ("rate_hz=50", 1, "this is not an argument", "write name:=value, for instance rate_hz:=50"),
         ("min", 1, "this is not an argument", "write the duration without a space: 5min"),
+        (
+            "talker",
+            1,
+            "this is not an argument",
+            "write name:=value, for instance rate_hz:=50; busflow run --plugin talker runs a plugin without a file",
+        ),
         (":=50", 1, "this is not an argument", "write name:=value, for instance rate_hz:=50"),
         ("side:=\x1b[2J", 7, "the value holds the control character U+001B", "leave it out"),
     ],
