@@ -155,8 +155,7 @@ class Intake:
         if wanted != self._wanted and self.state is not IntakeState.ENDED:
             self._wanted = wanted
             self._line.tell(packets.changed(self._number, wanted))
-            self._is_urgent = True  # a smaller window may be used up by what is due
-            self._acknowledge_parts()
+            self._acknowledge_parts()  # a smaller window may be used up by what is due
 
     def close(self) -> None:
         """Receive no more. A message in shared memory that was not read yet must not be read any more."""

@@ -8,7 +8,7 @@ import os
 import socket
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from busflow.errors import MalformedMessage
 from busflow.text import printable
@@ -332,7 +332,7 @@ class Line:
         self._receive = self._socket.recv
         return self._receive(most)
 
-    _READERS: ClassVar[Mapping[int, Callable[[Line, bytes], None]]] = {
+    _READERS: ClassVar[Mapping[int, Callable[[Any, bytes], None]]] = {
         Kind.OPEN: _read_open,
         Kind.CHANGE: _read_change,
         Kind.CLOSE: _read_close,

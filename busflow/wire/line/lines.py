@@ -131,11 +131,16 @@ class Lines:
 
     def send(self, key: str, payload: bytes | Pieces, attachment: bytes, now_ns: int) -> None:
         """Send a message to all readers of a topic's key; a large one is written into shared memory once."""
-        stored = self._stored(payload) if isinstance(payload, Pieces) or len(payload) > LARGE else payload
-        for route in tuple(self._routes.get(key, ())):
-            route.send(stored, attachment, now_ns)
-        if isinstance(stored, Stored):
-            stored.release()
+        routes = self._routes.get(key, ())
+        if isinstance(payload, bytes) and len(payload) <= LARGE:
+            for route in routes:
+                route.send(payload, attachment, now_ns)
+        elif routes:
+            stored = self._stored(payload)
+            for route in routes:
+                route.send(stored, attachment, now_ns)
+            if isinstance(stored, Stored):
+                stored.release()
 
     def read(self) -> None:
         """Accept and read everything that is there now."""
@@ -251,21 +256,27 @@ class Lines:
             try:
                 opened, _ = self._listener.accept()
             except OSError as error:
-                if error.errno not in (EMFILE, ENFILE):
+                if error.errno not in (EMFILE, ENFILE) or not self._turn_away(self._listener, error):
                     return
-                self._turn_away(self._listener, error)
                 continue
             opened.setblocking(False)  # the socket module's signature
             if (line := self._added(opened, "")) is not None:
                 line.read()
 
-    def _turn_away(self, listener: socket.socket, why: OSError) -> None:
-        """Close a connection for which no descriptor is left, so that its reader receives through Zenoh."""
-        self._log.warning(f"another process receives through Zenoh: {why}; see ulimit -n")
-        with suppress(OSError):
-            os.close(self._spare)
+    def _turn_away(self, listener: socket.socket, why: OSError) -> bool:
+        """Close a connection for which no descriptor is left, so that its reader receives through Zenoh.
+
+        Return whether there was one.
+        """
+        os.close(self._spare)
+        try:
             listener.accept()[0].close()
+        except OSError:
+            return False
+        finally:
             self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+        self._log.warning(f"another process receives through Zenoh: {why}; see ulimit -n")
+        return True
 
     def _check(self) -> None:
         """End lines whose descriptor a plugin has closed, before a new socket gets its number."""

@@ -67,6 +67,9 @@ NEXT: Mapping[RouteState, Mapping[RouteEvent, RouteState]] = {
 """The states of a route, and what follows on which event."""
 
 
+_READY, _WAITING = RouteState.READY, RouteState.WAITING
+
+
 class Carrier(Protocol):
     """The line that a route belongs to."""
 
@@ -157,8 +160,8 @@ class Route:
         follows = now_ns - self._last_ns <= CLOSE_NS
         self._last_ns = now_ns
         if (
-            self.state is RouteState.READY
-            and not follows
+            not follows
+            and self.state is _READY
             and len(self._unacknowledged) < self._window
             and isinstance(payload, bytes)
             and len(payload) <= LARGE
@@ -183,11 +186,11 @@ class Route:
             payload.hold()
         self._waiting.append((payload, attachment))
         self._bytes += len(payload)
-        if self.state is RouteState.WAITING:
+        if self.state is _WAITING:
             self._drop_beyond_depth()
         elif not may_gather or len(self._waiting) >= MOST_TOGETHER:
             self.flush()
-        elif self.state is RouteState.READY:
+        elif self.state is _READY:
             self._step(RouteEvent.FOLLOWED)
             self._carrier.call_soon(self._end_turn)
 

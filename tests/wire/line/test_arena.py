@@ -95,6 +95,26 @@ def test_memory_that_could_shrink_is_not_read():
         ForeignArena(arena.fd, (1 << 20) + 1)
 
 
+def test_memory_that_no_message_has_needed_is_given_back():
+    arena = Arena(1 << 20)
+    first, second = arena.store(bytes(10 * PAGE)), arena.store(b"kept")
+    arena.trim()
+    assert (arena.written, memory_of(arena)) == (11 * PAGE, 11 * PAGE)
+    second.release()
+    arena.trim()  # it was needed since the last call
+    assert memory_of(arena) == 11 * PAGE
+    arena.trim()
+    assert (arena.written, memory_of(arena)) == (10 * PAGE, 10 * PAGE)
+    first.release()
+    arena.trim()
+    arena.trim()
+    assert (arena.written, memory_of(arena)) == (0, 0)
+
+
+def memory_of(arena: Arena) -> int:
+    return os.fstat(arena.fd).st_blocks * 512
+
+
 def test_the_descriptor_is_closed_with_the_arena():
     arena = Arena(1 << 20)
     fd = arena.fd

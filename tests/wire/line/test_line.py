@@ -129,7 +129,7 @@ def test_messages_before_a_fault_are_handed_over(end: End):
 
 
 def test_the_end_of_the_other_side_comes_behind_its_messages(end: End):
-    end.receive()
+    end.receive().change(Wanted(9))  # which the other side never reads: its end is then an error first
     end.other.send(HELLO)
     end.other.send(packets.head(Kind.MESSAGE, ROUTE) + ATTACHMENT + b"x")
     end.other.close()

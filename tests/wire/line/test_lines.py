@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+import os
+import random
+import resource
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Coroutine, Iterator
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -17,8 +24,12 @@ from busflow.wire.line.lines import Lines
 from busflow.wire.line.packets import LARGE, Reason, Wanted
 from busflow.wire.zenoh.keys import Attachment, attachment_bytes
 
+NODES = Path(__file__).parents[2] / "nodes"
 KEY = "0/chatter/std_msgs::msg::dds_::String_/RIHS01_00"
 GID = bytes(range(16))
+LARGE_KEY = "0/cloud/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_00"
+LARGE_DEPTH = 4
+"""The topic of the processes that `tests/nodes/line_end.py` starts, and the depth there."""
 SLOW_NS = 1_000_000_000
 """A time between two messages after which the second leaves at once."""
 
@@ -26,15 +37,15 @@ SLOW_NS = 1_000_000_000
 def on_a_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
     """Run a test on a loop of its own."""
 
-    async def whole(ends: Ends) -> None:
+    async def whole(ends: Ends, **fixtures: Any) -> None:
         try:
-            await asyncio.wait_for(test(ends), 60)
+            await asyncio.wait_for(test(ends, **fixtures), 120)
         finally:
             ends.close()
 
     @wraps(test)
-    def run(ends: Ends) -> None:
-        asyncio.run(whole(ends))
+    def run(ends: Ends, **fixtures: Any) -> None:
+        asyncio.run(whole(ends, **fixtures))
 
     return run
 
@@ -42,12 +53,14 @@ def on_a_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., N
 class Process:
     """One end: its lines, and what happens to them."""
 
-    def __init__(self, folder: Path, session: str) -> None:
+    def __init__(self, folder: Path, session: str, *, has_packets: bool = True) -> None:
         self.session, self.log = session, []
+        self._folder = folder
         self.changes: list[str] = []
         self.arrived: list[tuple[Any, int]] = []
         self.ends: list[str] = []
-        self.lines = Lines(folder, session, self.changes.append, Logger(lambda *line: self.log.append(line[:2])))
+        log = Logger(lambda *line: self.log.append(line[:2]))
+        self.lines = Lines(folder, session, self.changes.append, log, has_packets=has_packets)
         self.lines.begin()
         self.number = 0
         self.now_ns = SLOW_NS
@@ -69,6 +82,20 @@ class Process:
         self.now_ns += after_ns
         self.lines.send(key, payload, attachment_bytes(self.number, self.now_ns, GID), self.now_ns)
 
+    def read_large(self, session: str, arrived: list[bytes], ended: list[bool], key: str = LARGE_KEY) -> None:
+        """Receive large messages, and acknowledge each."""
+
+        def take(messages: Any) -> None:
+            arrived.extend(payload.read() for payload, _ in messages)
+            intake.acknowledge(len(messages))
+
+        intake = self.lines.receive(session, key, Wanted(LARGE_DEPTH), take, lambda: ended.append(True))
+
+    def can_reach(self, session: str) -> bool:
+        """Whether a session listens."""
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
+            return probe.connect_ex(str(self._folder / f"~{session}")) == 0
+
     @property
     def numbers(self) -> list[int]:
         return [number for _, number in self.arrived]
@@ -80,8 +107,8 @@ class Ends:
     def __init__(self, folder: Path) -> None:
         self._folder, self._made = folder, list[Process]()
 
-    def __call__(self, session: str) -> Process:
-        self._made.append(Process(self._folder, session))
+    def __call__(self, session: str, *, has_packets: bool = True) -> Process:
+        self._made.append(Process(self._folder, session, has_packets=has_packets))
         return self._made[-1]
 
     def close(self) -> None:
@@ -130,8 +157,11 @@ async def test_large_messages_arrive_whole(ends):
     writer.send(Pieces([b"head", large], len(large) + 4))
     await turn(lambda: len(reader.arrived) == 2)
     assert reader.arrived == [(large, 1), (b"head" + large, 2)]
+    taken = writer.lines.capacity
     intake.acknowledge(2)
-    await turn(lambda: not writer.lines.capacity)
+    await turn(lambda: not any(route.unacknowledged for route in writer.lines.routes(KEY)))
+    writer.send(large)
+    assert writer.lines.capacity == taken  # the same memory again
 
 
 @on_a_loop
@@ -188,3 +218,360 @@ async def test_a_message_travels_in_parts_where_memory_is_full(ends):
     await turn(lambda: len(reader.arrived) == 2)
     assert reader.arrived[1] == (large, 2)
     assert len(large) > 32 * LARGE
+
+
+@on_a_loop
+async def test_what_waits_is_sent_before_the_end(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer, depth=100)
+    writer.lines.read()
+    for _ in range(5):
+        writer.send(b"x", after_ns=1)
+    writer.lines.finish(60)
+    writer.lines.close()
+    reader.lines.read()
+    assert reader.numbers == [1, 2, 3, 4, 5]
+
+
+@on_a_loop
+async def test_what_a_stopped_reader_has_no_room_for_is_named_at_the_end(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer, depth=2)
+    writer.lines.read()
+    for _ in range(100):
+        writer.send(b"x")
+    writer.lines.finish(0.01)
+    writer.lines.close()
+    reader.lines.read()
+    assert reader.arrived[-1] == (Reason.END, 100)
+    assert reader.numbers == [*range(1, 33), 100]
+
+
+@on_a_loop
+async def test_a_slow_topic_holds_up_no_other_one(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer, depth=1)
+    fast = reader.receive(writer, depth=1, key="other")
+    writer.lines.read()
+    for _ in range(1000):
+        writer.send(b"slow")
+    for _ in range(10):
+        for _ in range(20):
+            writer.send(b"fast", key="other")
+        await turn(lambda: not writer.lines.routes("other")[0].waiting)
+        reader.lines.read()
+        count = sum(payload == b"fast" for payload, _ in reader.arrived)
+        fast.acknowledge(20)
+        writer.lines.read()
+    assert count == 200
+    assert writer.lines.routes("other")[0].dropped == 0
+    assert writer.lines.routes(KEY)[0].dropped > 900
+
+
+@on_a_loop
+async def test_one_line_serves_both_directions(ends):
+    first, second = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    first.receive(second)
+    second.lines.read()
+    second.receive(first)
+    first.lines.read()
+    first.send(b"to second")
+    second.send(b"to first")
+    await turn(lambda: first.arrived and second.arrived)
+    assert (first.arrived, second.arrived) == ([(b"to first", 1)], [(b"to second", 1)])
+    assert first.lines.sessions == {second.session}
+
+
+@on_a_loop
+async def test_a_stream_carries_the_same(ends):
+    writer = ends("aaaaaaaa01", has_packets=False)
+    reader = ends("bbbbbbbb02", has_packets=False)
+    intake = reader.receive(writer, depth=1000)
+    writer.lines.read()
+    sizes = [1, 300, 2000, LARGE, LARGE + 1, 1 << 20, 5 << 20]
+    for size in sizes:
+        writer.send(bytes(size))
+    for _ in range(50):
+        writer.send(b"x", after_ns=1)
+    await turn(lambda: len(reader.arrived) == len(sizes) + 50)
+    assert [len(payload) for payload, _ in reader.arrived] == sizes + [1] * 50
+    assert reader.numbers == [*range(1, len(sizes) + 51)]
+    assert writer.lines.capacity == 0
+    intake.acknowledge(len(reader.arrived))
+    await turn(lambda: not writer.lines.routes(KEY)[0].unacknowledged)
+    writer.lines.close()
+    await turn(lambda: reader.ends)
+
+
+@on_a_loop
+async def test_a_closed_intake_gives_back_the_memory(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    intake = reader.receive(writer)
+    writer.lines.read()
+    writer.send(bytes(1 << 20))
+    intake.close()
+    await turn(lambda: not writer.lines.routes(KEY))
+    reader.receive(writer)
+    writer.lines.read()
+    writer.send(bytes(1 << 20))
+    assert writer.lines.capacity == 1 << 20
+
+
+@on_a_loop
+async def test_memory_that_a_lost_reader_may_read_is_never_written_again(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    held: list[Piece] = []
+    reader.lines.receive(writer.session, KEY, Wanted(10), lambda arrived: held.extend(each for each, _ in arrived), int)
+    writer.lines.read()
+    writer.send(b"1" * (1 << 20))
+    await turn(lambda: held)
+    reader.lines.close()
+    await turn(lambda: not writer.lines.routes(KEY))
+    other = ends("cccccccc03")
+    other.receive(writer)
+    writer.lines.read()
+    writer.send(b"2" * (1 << 20))
+    assert held[0].read() == b"1" * (1 << 20)
+    await turn(lambda: other.arrived)
+    assert other.arrived == [(b"2" * (1 << 20), 2)]
+
+
+@on_a_loop
+async def test_a_closed_descriptor_ends_the_line_at_both_ends(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer)
+    writer.lines.read()
+    os.close(descriptor_of(writer, reader))
+    await turn(lambda: reader.ends)
+    await turn(lambda: not writer.lines.routes(KEY))
+    reader.receive(writer)
+    writer.lines.read()
+    writer.send(b"again")
+    await turn(lambda: reader.arrived)
+    assert reader.arrived == [(b"again", 1)]
+    assert [level for level, _ in writer.log] == ["warning"]
+
+
+@on_a_loop
+async def test_a_file_with_the_number_of_a_lost_line_stays_open(ends, tmp_path: Path):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer)
+    writer.lines.read()
+    number = descriptor_of(writer, reader)
+    with (tmp_path / "file").open("wb") as file:
+        os.dup2(file.fileno(), number)  # as if the plugin had closed it and opened a file
+        writer.send(b"x")
+        await turn(lambda: not writer.lines.routes(KEY))
+        await turn(lambda: reader.ends)
+        os.close(number)
+    assert (tmp_path / "file").read_bytes() == b""
+
+
+def descriptor_of(writer: Process, reader: Process) -> int:
+    """Return the descriptor of the writer's end of the only line."""
+    path = f"~{writer.session[:8]}"
+    for name in os.listdir("/dev/fd"):  # noqa: PTH208  # names
+        try:
+            found = socket.socket(fileno=os.dup(int(name)))
+        except OSError:
+            continue
+        with found:
+            if str(found.getsockname()).endswith(path) and not found.getsockopt(
+                socket.SOL_SOCKET, socket.SO_ACCEPTCONN
+            ):
+                return int(name)
+    raise AssertionError(f"{reader.session} has no line")
+
+
+@on_a_loop
+async def test_a_forked_process_keeps_no_line_open(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer)
+    writer.lines.read()
+    read_end, write_end = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        os.close(write_end)
+        writer.send(b"from the child")  # goes nowhere
+        os.read(read_end, 1)
+        os._exit(0)
+    try:
+        writer.send(b"from the parent")
+        await turn(lambda: reader.arrived)
+        writer.lines.close()
+        await turn(lambda: reader.ends)
+        assert reader.arrived == [(b"from the parent", 1)]
+    finally:
+        os.close(read_end)
+        os.close(write_end)
+        os.waitpid(pid, 0)  # noqa: ASYNC222  # it has ended
+
+
+@on_a_loop
+async def test_who_gets_no_descriptor_is_turned_away(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer)
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(map(int, os.listdir("/dev/fd"))), hard))  # noqa: PTH208  # names
+    try:
+        taken = all_descriptors()
+        writer.lines.read()
+        reader.lines.read()
+        assert reader.ends == [writer.session]
+        assert reader.receive(writer) is None
+        for each in taken:
+            os.close(each)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert [level for level, _ in writer.log] == ["warning"]
+    assert reader.receive(writer) is None  # it stays with Zenoh
+
+
+def all_descriptors() -> list[int]:
+    """Open files until no descriptor is left."""
+    found: list[int] = []
+    while True:
+        try:
+            found.append(os.open(os.devnull, os.O_RDONLY))
+        except OSError:
+            return found
+
+
+@on_a_loop
+async def test_who_has_no_descriptor_for_the_memory_loses_the_line_alone(ends):
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer)
+    writer.lines.read()
+    writer.send(bytes(1 << 20))
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(map(int, os.listdir("/dev/fd"))), hard))  # noqa: PTH208  # names
+    try:
+        taken = all_descriptors()
+        reader.lines.read()
+        assert reader.ends == [writer.session]
+        assert [level for level, _ in reader.log] == ["warning"]
+        for each in taken:
+            os.close(each)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
+@on_a_loop
+async def test_a_process_of_another_user_gets_no_line(ends, tmp_path: Path):
+    writer = ends("aaaaaaaa01")
+    for folder in (tmp_path, *tmp_path.parents[:2]):
+        folder.chmod(0o755)
+    (tmp_path / "~aaaaaaaa").chmod(0o666)
+    pid = os.fork()
+    if pid == 0:
+        os.setuid(65534)
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as other:
+            other.connect(str(tmp_path / "~aaaaaaaa"))
+            os._exit(other.recv(100) != b"")
+    await turn(lambda: writer.log or None)
+    assert os.waitpid(pid, 0)[1] == 0  # noqa: ASYNC222  # it has ended
+    assert writer.log == [("warning", "a process of another user (65534) gets no line to this one")]
+
+
+class OtherEnds:
+    """Processes at the other ends of lines, one at a time."""
+
+    def __init__(self, folder: Path) -> None:
+        self._server = subprocess.Popen(
+            [sys.executable, NODES / "line_end.py", folder],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def start(self, order: str) -> int:
+        self._server.stdin.write(f"{order}\n")
+        self._server.stdin.flush()
+        return int(self._server.stdout.readline())
+
+    def kill(self, pid: int) -> None:
+        """Kill it, and wait until it has gone."""
+        os.kill(pid, signal.SIGKILL)
+        assert self._server.stdout.readline() == "ended\n"
+
+    def close(self) -> None:
+        self._server.communicate()
+
+
+@pytest.fixture
+def others(tmp_path: Path) -> Iterator[OtherEnds]:
+    made = OtherEnds(tmp_path)
+    yield made
+    made.close()
+
+
+def is_whole(data: bytes) -> bool:
+    """Return whether this is a message of such a process: a megabyte of one word."""
+    return data == data[:8] * (1 << 17)
+
+
+KILLS = [3, pytest.param(50, marks=pytest.mark.long)]
+
+
+@pytest.mark.parametrize("kills", KILLS)
+@on_a_loop
+async def test_of_a_killed_sender_come_whole_messages_and_its_end(ends, others: OtherEnds, kills: int):
+    reader, chance = ends("bbbbbbbb02"), random.Random(kills)
+    for at in range(kills):
+        session, arrived, ended = f"{at:08x}", list[bytes](), list[bool]()
+
+        pid = others.start(f"write {session}")
+        await turn(lambda session=session: reader.can_reach(session))
+        reader.read_large(session, arrived, ended)
+        wanted = chance.randrange(1, 20)
+        await turn(lambda arrived=arrived, wanted=wanted: len(arrived) >= wanted)
+        others.kill(pid)
+        reader.lines.read()
+        assert ended == [True]  # known as soon as the process has gone
+        numbers = [int.from_bytes(data[:8], "little") for data in arrived]
+        assert numbers == sorted(set(numbers))
+        assert all(map(is_whole, arrived))
+    assert reader.lines.sessions == set()
+
+
+@pytest.mark.parametrize("kills", KILLS)
+@on_a_loop
+async def test_a_killed_reader_takes_nothing_with_it(ends, others: OtherEnds, kills: int):
+    writer, chance = ends("aaaaaaaa01"), random.Random(kills)
+    witness = ends("bbbbbbbb02")
+    arrived: list[bytes] = []
+    witness.read_large(writer.session, arrived, [], KEY)
+    writer.lines.read()
+    for _ in range(kills):
+        pid = others.start(f"read {writer.session}")
+        await turn(lambda: len(writer.lines.routes(LARGE_KEY)) == 1)
+        for _ in range(chance.randrange(1, 20)):
+            number = writer.number + 1
+            writer.send(number.to_bytes(8, "little") * (1 << 17), key=LARGE_KEY)
+            writer.send(number.to_bytes(8, "little") * (1 << 17))
+            await asyncio.sleep(0)
+        others.kill(pid)
+        writer.lines.read()
+        assert not writer.lines.routes(LARGE_KEY)
+    await turn(lambda: not writer.lines.routes(KEY)[0].waiting)
+    witness.lines.read()
+    assert all(map(is_whole, arrived))
+    assert len(arrived) == writer.number // 2 - writer.lines.routes(KEY)[0].dropped
+
+
+@on_a_loop
+async def test_a_stopped_reader_goes_on_with_the_newest(ends, others: OtherEnds):
+    writer = ends("aaaaaaaa01")
+    pid = others.start(f"read {writer.session}")
+    await turn(lambda: writer.lines.routes(LARGE_KEY))
+    (route,) = writer.lines.routes(LARGE_KEY)
+    os.kill(pid, signal.SIGSTOP)
+    for number in range(1, 101):
+        writer.send(number.to_bytes(8, "little") * (1 << 17), key=LARGE_KEY)
+    assert route.dropped == 100 - 2 * LARGE_DEPTH
+    assert writer.lines.capacity <= (2 * LARGE_DEPTH + 1) << 20
+    os.kill(pid, signal.SIGCONT)
+    await turn(lambda: not route.unacknowledged and not route.waiting)
+    assert route.sent == 2 * LARGE_DEPTH
+    others.kill(pid)

@@ -118,12 +118,13 @@ steps = st.lists(
         st.just(("turn",)),
         st.tuples(st.just("change"), st.integers(1, 5)),
     ),
+    min_size=30,
     max_size=150,
 )
 
 
 @pytest.mark.hypothesis
-@settings(deadline=None)
+@settings(max_examples=100)
 @given(steps, st.integers(1, 5), st.sampled_from([Overflow.DROP_OLDEST, Overflow.DROP_NEWEST]))
 def test_order_window_and_account_hold_whatever_happens(steps, depth, overflow):
     carrier, route, publishers = made(depth, overflow)
@@ -214,6 +215,14 @@ def test_behind_the_window_waits_as_much_as_the_queue_keeps(overflow, expected):
     assert (route.waiting, route.dropped) == (2, 66)
     route.acknowledge(32)
     assert numbers(carrier)[32:] == expected
+
+
+def test_a_deeper_queue_gets_more_at_once():
+    carrier, route, publishers = made(2)
+    for _ in range(40):
+        publishers.publish()
+    route.change(Wanted(100))
+    assert numbers(carrier) == [*range(1, 33), 39, 40]
 
 
 def test_a_reader_holds_no_more_pieces_than_its_queue():

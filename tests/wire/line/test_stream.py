@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import count
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.errors import MalformedMessage
@@ -36,7 +36,6 @@ def pair() -> Iterator[Pair]:
 
 
 @pytest.mark.hypothesis
-@settings(deadline=None)
 @given(st.lists(st.binary(min_size=1, max_size=3000), max_size=30), st.integers(1, 4000))
 def test_packets_come_out_whole_however_the_bytes_are_cut(packets, size):
     pair = Pair()

@@ -1,0 +1,93 @@
+"""Other ends of lines, in processes that a test may kill: `other_end.py FOLDER`, with orders on standard input.
+
+`write SESSION` and `read SESSION` fork a process that publishes for ever, or that receives from this session for ever;
+its id is the answer. The messages are numbered and have a megabyte, and each consists of one repeated word.
+"""
+
+import asyncio
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from busflow.log import Logger
+from busflow.wire.line.intake import Arrived, Intake
+from busflow.wire.line.lines import Lines
+from busflow.wire.line.packets import Wanted
+from busflow.wire.zenoh.keys import attachment_bytes
+
+KEY = "0/cloud/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_00"
+GID = bytes(range(16))
+SIZE = 1 << 20
+WANTED = Wanted(4)
+
+
+def payload(number: int) -> bytes:
+    """Return the message of a number."""
+    return number.to_bytes(8, "little") * (SIZE // 8)
+
+
+def is_whole(data: bytes) -> bool:
+    """Return whether these bytes are such a message."""
+    return data == data[:8] * (SIZE // 8)
+
+
+def lines_of(folder: Path, session: str, *, has_packets: bool = True) -> Lines:
+    lines = Lines(
+        folder,
+        session,
+        lambda _key: None,
+        Logger(lambda *line: print(*line[:2], file=sys.stderr)),
+        has_packets=has_packets,
+    )
+    lines.begin()
+    return lines
+
+
+async def write(lines: Lines) -> None:
+    """Publish for ever."""
+    number = 0
+    while True:
+        number += 1
+        lines.send(KEY, payload(number), attachment_bytes(number, number, GID), number * 10**9)
+        await asyncio.sleep(0)
+
+
+async def read(lines: Lines, session: str) -> None:
+    """Receive for ever, and end with an error if a message is not whole."""
+    intake: Intake | None = None
+    ended = asyncio.Event()
+
+    def take(arrived: Sequence[Arrived]) -> None:
+        for message, _ in arrived:
+            if isinstance(message, bytes) or hasattr(message, "read"):
+                data = message if isinstance(message, bytes) else message.read()
+                if not is_whole(data):
+                    os._exit(3)
+        assert intake is not None
+        intake.acknowledge(len(arrived))
+
+    intake = lines.receive(session, KEY, WANTED, take, ended.set)
+    await ended.wait()
+
+
+async def run(folder: Path, order: str, session: str) -> None:
+    lines = lines_of(folder, session if order == "write" else f"{os.getpid():08x}")
+    await (write(lines) if order == "write" else read(lines, session))
+
+
+def main() -> None:
+    folder = Path(sys.argv[1])
+    for line in sys.stdin:
+        pid = os.fork()
+        if pid == 0:
+            asyncio.run(run(folder, *line.split()))
+            os._exit(0)
+        print(pid, flush=True)
+        # The test kills it; a process that nobody waits for stays in the table.
+        os.waitpid(pid, 0)
+        print("ended", flush=True)
+
+
+if __name__ == "__main__":
+    main()
