@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from enum import Enum
+from enum import StrEnum  # whose members have a quick hash
 from typing import Protocol
 
 from busflow.errors import MalformedMessage
@@ -21,7 +21,7 @@ A reason in place of the payload means that the publisher's messages up to this 
 """
 
 
-class IntakeState(Enum):
+class IntakeState(StrEnum):
     """What an intake has of the next message."""
 
     WHOLE = "nothing"
@@ -29,7 +29,7 @@ class IntakeState(Enum):
     ENDED = "nothing, and none comes"
 
 
-class IntakeEvent(Enum):
+class IntakeEvent(StrEnum):
     """What changes an intake's state."""
 
     PART = "a part of a message has come"
@@ -53,6 +53,7 @@ NEXT: Mapping[IntakeState, Mapping[IntakeEvent, IntakeState]] = {
     IntakeState.ENDED: {IntakeEvent.END: IntakeState.ENDED},
 }
 """The states of an intake, and what follows on which event. Another event is a fault of the sender."""
+_WHOLE = IntakeState.WHOLE
 
 
 class Line(Protocol):
@@ -64,6 +65,11 @@ class Line(Protocol):
 
     def forget(self, number: int, /) -> None:
         """Forget an intake, which is closed."""
+        ...
+
+    @property
+    def filled(self) -> list[Intake]:
+        """The intakes that have messages to hand over."""
         ...
 
 
@@ -89,6 +95,7 @@ class Intake:
         """
         self.state = IntakeState.WHOLE
         self._number, self._line, self._wanted = number, line, wanted
+        self._filled = line.filled
         self._take, self._on_end = take, on_end
         self._arrived: list[Arrived] = []
         self._parts: list[bytes] = []
@@ -104,9 +111,12 @@ class Intake:
 
     def add(self, payload: bytes, attachment: bytes) -> None:
         """Add a message, or the end of one."""
-        if self._step(IntakeEvent.MESSAGE) is IntakeState.PARTIAL:
+        if self.state is not _WHOLE:
+            self._step(IntakeEvent.MESSAGE)
             payload = b"".join((*self._parts, payload))
             self._parts, self._size = [], 0
+        if not self._arrived:
+            self._filled.append(self)
         self._arrived.append((payload, attachment))
         self._packets.append((1, False))
 
@@ -126,15 +136,17 @@ class Intake:
 
     def add_all(self, messages: Sequence[Arrived], *, is_urgent: bool = False) -> None:
         """Add the messages of one packet."""
-        self._step(IntakeEvent.OTHER)
+        if self.state is not _WHOLE:
+            self._step(IntakeEvent.OTHER)
+        if not self._arrived:
+            self._filled.append(self)
         self._arrived += messages
         self._packets.append((len(messages), is_urgent))
 
     def hand_over(self) -> None:
         """Give the messages that have arrived to the receiver."""
-        if self._arrived:
-            arrived, self._arrived = self._arrived, []
-            self._take(arrived)
+        arrived, self._arrived = self._arrived, []
+        self._take(arrived)
 
     def end(self) -> None:
         """Note that the sender has gone; the beginning of a message is dropped."""
@@ -171,19 +183,17 @@ class Intake:
             self._done -= messages
             self._due += 1
             self._is_urgent |= is_urgent
-        if self._due and (self._is_urgent or self._due >= max(self._wanted.depth, _WINDOW) // 4):
+        if self._due and (self._is_urgent or self._due >= max(self._wanted.depth, _WINDOW) // 2):
             if self.state is not IntakeState.ENDED:
                 self._line.tell(packets.credit(self._number, self._due))
             self._due, self._is_urgent = 0, False
 
-    def _step(self, event: IntakeEvent) -> IntakeState:
-        """Change the state, and return the one before.
+    def _step(self, event: IntakeEvent) -> None:
+        """Change the state.
 
         Raises:
             MalformedMessage: The sender must not do this now.
         """
-        before = self.state
-        if event not in NEXT[before]:
-            raise MalformedMessage(f"a sender that has sent {before.value} of a message went on: {event.value}")
-        self.state = NEXT[before][event]
-        return before
+        if event not in NEXT[self.state]:
+            raise MalformedMessage(f"a sender that has sent {self.state.value} of a message went on: {event.value}")
+        self.state = NEXT[self.state][event]

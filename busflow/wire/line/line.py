@@ -73,6 +73,8 @@ class Line:
         """Why the line is going to end."""
         self._routes: dict[int, Route] = {}
         self._intakes: dict[int, Intake] = {}
+        self.filled: list[Intake] = []
+        """The intakes that have messages to hand over."""
         self._by_head: dict[bytes, Intake] = {}
         """The same by the beginning of a packet with one message."""
         self._next = 0
@@ -210,8 +212,8 @@ class Line:
         try:
             if self._read_all() and self._fault is None:
                 self._fault = ConnectionError("the other end has closed it")
-            for intake in tuple(self._intakes.values()):
-                intake.hand_over()
+            while self.filled:
+                self.filled.pop(0).hand_over()
         finally:
             self._is_reading = False
         if self._fault is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from enum import Enum
+from enum import StrEnum  # whose members have a quick hash
 from itertools import islice
 from typing import Protocol
 
@@ -27,7 +27,7 @@ Waiting = tuple[bytes | Stored, bytes]
 """A message that waits: its payload, and its attachment."""
 
 
-class RouteState(Enum):
+class RouteState(StrEnum):
     """What happens to the next message."""
 
     READY = "it leaves at once"
@@ -36,7 +36,7 @@ class RouteState(Enum):
     ENDED = "it goes nowhere"
 
 
-class RouteEvent(Enum):
+class RouteEvent(StrEnum):
     """What changes a route's state."""
 
     FOLLOWED = "a small message came close behind the one before"

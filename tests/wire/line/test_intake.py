@@ -18,6 +18,7 @@ class Line:
     def __init__(self) -> None:
         self.told: list[bytes] = []
         self.forgotten: list[int] = []
+        self.filled: list[Intake] = []
 
     def tell(self, packet: bytes) -> None:
         self.told.append(packet)
@@ -61,28 +62,29 @@ def test_no_packet_is_acknowledged_before_its_messages(steps):
         credited = sum(line.credited)
         assert sum(sizes[:credited]) <= done
         whole = next((at for at in range(len(sizes), -1, -1) if sum(sizes[:at]) <= done), 0)
-        assert whole - credited < 8  # a quarter of the window
+        assert whole - credited < 16  # half of the window
 
 
-def test_packets_are_acknowledged_by_the_quarter_of_the_window():
+def test_packets_are_acknowledged_by_the_half_of_the_window():
     line, _, _, intake = made()
-    for _ in range(16):
+    for _ in range(32):
         intake.add(b"x", ATTACHMENT)
+    assert line.filled == [intake]
     intake.hand_over()
-    intake.acknowledge(7)
+    intake.acknowledge(15)
     assert line.credited == []
     intake.acknowledge(1)
-    assert line.credited == [8]
+    assert line.credited == [16]
 
 
 def test_a_burst_is_acknowledged_with_its_last_message():
     line, _, _, intake = made()
-    for _ in range(8):
+    for _ in range(16):
         intake.add_all([(b"x", ATTACHMENT)] * 4)
-    intake.acknowledge(31)
+    intake.acknowledge(63)
     assert line.credited == []
     intake.acknowledge(1)
-    assert line.credited == [8]
+    assert line.credited == [16]
 
 
 def test_a_piece_is_acknowledged_at_once():
