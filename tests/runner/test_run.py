@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 import busflow
-from busflow import Graph, Node, timer
+from busflow import Graph, Node, supervised, timer
 from busflow.errors import ExitCode, LaunchError, NodeFailed
 from busflow.runner.assembly import Given, Kind, Run
 from busflow.runner.loops.system import LoopFactory
@@ -59,6 +59,18 @@ class Failing(Node):
         raise ValueError("no contact")
 
 
+class SecondTime(Ticker):
+    """Starts at its second attempt, after two seconds in all."""
+
+    attempts = 0
+
+    async def start(self) -> None:
+        SecondTime.attempts += 1
+        await self.clock.sleep(1)
+        if SecondTime.attempts == 1:
+            raise OSError("not yet")
+
+
 class Short(Node):
     async def run(self) -> None:
         self.log.info("done")
@@ -80,6 +92,13 @@ def test_a_virtual_limit_ends_the_run():
     with simulated([Ticker]) as (graph, loop):
         assert run_graph(graph, for_s=360.0, loop_factory=loop) is ExitCode.OK
         assert graph.node(Ticker).ticks == 3600
+
+
+def test_virtual_limit_counts_from_the_start_of_all_nodes():
+    SecondTime.attempts = 0
+    with simulated([supervised(SecondTime, restart="on-failure")]) as (graph, loop):
+        assert run_graph(graph, for_s=60.0, loop_factory=loop) is ExitCode.OK
+        assert graph.node(SecondTime).ticks == 600
 
 
 @pytest.mark.parametrize("for_s", [None, 60.0])
