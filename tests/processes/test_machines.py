@@ -19,7 +19,7 @@ from busflow.recording.bag.bag import Bag
 from busflow.timeouts import VARIABLE
 from busflow.wire.machines.certificates import Authority
 from tests.golden import Golden
-from tests.processes.conftest import NODES, busflow
+from tests.processes.conftest import NODES, Run, busflow
 from tests.ros2.sessions import free_port
 
 PATIENCE_S = 60.0
@@ -209,24 +209,6 @@ def unnamed_certificate_sees_nothing(folder: Path):
     )
 
 
-@pytest.mark.long
-def test_one_message_reaches_every_process_of_every_machine(start: Callable, two: str, tmp_path: Path):
-    text = two.replace("viewer: read", "viewer: all").replace("plugin: source", "plugin: sink")
-    text = text.replace("{rate_hz: 20}", "{enough: 3}").replace("{enough: 10}", "{enough: 3}")
-    text += "  busy: {plugin: 'faulty:Busy', process: side}\n"
-    main, arm = (start(text, "--watchdog", "off", machine=name) for name in ("main", "arm"))
-    main.wait_for("the machine arm is linked")
-    arm.wait_for("the machine main is linked")
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir(mode=0o700)
-    for number, where in enumerate((main.runtime, arm.runtime, elsewhere), 1):
-        run = ("--run", f"viewer@{tmp_path}/run.yaml") if where == elsewhere else ()
-        busflow(where, "topic", "pub", "-1", "-w", "3", "numbers", "std_msgs/msg/Int64", f"{{data: {number}}}", *run)
-    main.wait_for("received enough")
-    arm.wait_for("received enough", times=2)
-    assert main.end() == arm.end() == 130
-
-
 @pytest.fixture
 def others(tmp_path_factory) -> Path:
     """Certificates of another authority."""
@@ -334,23 +316,29 @@ def test_untrusted_certificate_is_an_error_before_start(
 
 
 @pytest.mark.long
-def test_three_machines_are_linked_each_to_each(start: Callable, certificates: Path, port: int):
+def test_three_machines_are_linked_each_to_each(start: Callable, certificates: Path, port: int, tmp_path: Path):
     text = f"""
 machines:
   arm: {{connect: tls/127.0.0.1:{port}}}
   head: {{connect: tls/127.0.0.1:{free_port()}}}
-network: {{ca: {certificates}/ca.pem}}
+network: {{ca: {certificates}/ca.pem, allow: {{viewer: all}}}}
+processes: {{side: {{machine: arm}}}}
 nodes:
   source: {{plugin: source, machine: head, parameters: {{rate_hz: 20}}}}
   sink: {{plugin: sink, machine: arm, parameters: {{enough: 40}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
   here: {{plugin: sink, parameters: {{enough: 40}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
+  words: {{plugin: sink, remap: {{numbers: words}}, parameters: {{enough: 3}}}}
+  arm_words: {{plugin: sink, machine: arm, remap: {{numbers: words}}, parameters: {{enough: 3}}}}
+  side_words: {{plugin: sink, process: side, remap: {{numbers: words}}, parameters: {{enough: 3}}}}
+  busy: {{plugin: "faulty:Busy", process: side}}
 """
-    runs = {name: start(text, machine=name) for name in ("main", "arm", "head")}
+    runs = {name: start(text, "--watchdog", "off", machine=name) for name in ("main", "arm", "head")}
     for own, run in runs.items():
         for name in runs.keys() - {own}:
             run.wait_for(f"the machine {name} is linked")
     for name in ("main", "arm"):
         runs[name].wait_for("received enough")
+    one_message_reaches_every_process_of_every_machine(runs, tmp_path)
     # While the third machine joins, Zenoh chooses its ways between them anew, and may lose what is on them.
     (at_start,) = json.loads(busflow(runs["arm"].runtime, "topic", "stats", "numbers", "--json"))["topics"]
     assert runs["main"].end() == 130
@@ -364,3 +352,14 @@ nodes:
         (line,) = topic["subscriptions"]
         assert topic["published"] == line["published"] == line["delivered"] + line["queued"], "nothing comes twice"
     assert lost == at_start["losses"], "nothing is missed when a machine leaves"
+
+
+def one_message_reaches_every_process_of_every_machine(runs: dict[str, Run], folder: Path):
+    """From a terminal of a machine with their nodes, of another machine, and of a machine that only looks."""
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir(mode=0o700)
+    for number, where in enumerate((runs["main"].runtime, runs["head"].runtime, elsewhere), 1):
+        run = ("--run", f"viewer@{folder}/run.yaml") if where == elsewhere else ()
+        busflow(where, "topic", "pub", "-1", "-w", "3", "words", "std_msgs/msg/Int64", f"{{data: {number}}}", *run)
+    for machine, node in (("main", "words"), ("arm", "arm_words"), ("arm", "side_words")):
+        runs[machine].wait_for("received enough", f'"/{node}"')
