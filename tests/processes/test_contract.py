@@ -1,13 +1,17 @@
 """Nodes notice nothing of where they run: the same classes in one process, in two, and from a recording of the two."""
 
+import json
 import os
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rosbags.highlevel import AnyReader
 
+from busflow.cli import main
 from busflow.errors import InvalidParameter
 from busflow.launchfile.load.load import load
 from busflow.node.context import Rng
@@ -179,3 +183,63 @@ def payloads(recording: Path) -> dict[str, list[bytes]]:
         for entry in bag.entries():
             found[entry.channel.topic].append(entry.payload)
     return found
+
+
+def test_recording_matches_report_without_duplicates(in_two):
+    with Bag(in_two.recording) as bag:
+        found = Counter(entry.channel.topic for entry in bag.entries())
+        assert bag.survey().gaps == 0
+        assert [each.facts.process for each in bag.series] == ["main", "other"]
+        assert bag.ledger.report["topics"] == in_two.report["topics"]
+    assert {topic: found[topic] for topic in in_two.published} == in_two.published
+    assert found.total() == in_two.report["recording"]["recorded"]
+    with Bag(in_two.recording / "other.mcap") as bag:
+        own = {channel.topic for channel in bag.channels if channel.count}
+        assert (bag.ledger.report["exit_code"], "/order/numbers" in own, "/both_ways/back" in own) == (130, True, False)
+
+
+def test_files_are_read_as_one_by_time(in_two):
+    with Bag(in_two.recording) as bag:
+        entries = list(bag.numbered())
+        assert all(one.log_time_ns <= other.log_time_ns for (_, one), (_, other) in pairwise(entries))
+        for number in (0, 1):
+            own = [entry.sequence for series, entry in entries if series == number]
+            assert own == list(range(1, len(own) + 1))
+        assert sum(one != other for (one, _), (other, _) in pairwise(entries)) > 2
+        assert (bag.start_ns, bag.end_ns) == (entries[0][1].log_time_ns, entries[-1][1].log_time_ns)
+
+
+def test_every_command_takes_the_directory(in_two, tmp_path, capsys):
+    recording, one = str(in_two.recording), str(tmp_path / "one.mcap")
+    assert main(["bag", "verify", recording]) == 0
+    assert main(["bag", "info", recording, "--json", "--digest"]) == 0
+    told = json.loads(capsys.readouterr().out.split("\n", 1)[1])
+    files = [(each["process"], each["file"]) for each in told["processes"]]
+    assert files == [("main", "main.mcap"), ("other", "other.mcap")]
+    assert len({topic["name"] for topic in told["topics"]}) == len(told["topics"])
+    assert told["messages"] == sum(each["messages"] for each in told["processes"])
+    assert told["complete"]
+    assert main(["bag", "info", recording]) == 0
+    assert "other: other.mcap" in capsys.readouterr().out
+    assert main(["bag", "echo", recording, "order/numbers", "-n", "1"]) == 0
+    assert main(["bag", "diff", recording, recording]) == 0
+    assert main(["bag", "play", recording, "--rate", "100"]) == 0
+    capsys.readouterr()
+    assert main(["bag", "convert", recording, one, "--to", "mcap"]) == 0
+    assert main(["bag", "verify", one]) == 0, capsys.readouterr().out
+    assert main(["bag", "diff", recording, one, "--times"]) == 0
+    with Bag(one) as bag, Bag(recording) as parts:
+        assert [entry.sequence for entry in bag.entries()] == list(range(1, parts.messages + 1))
+        assert [entry.payload for entry in bag.entries()] == [entry.payload for entry in parts.entries()]
+        assert bag.facts.process == ""
+        assert bag.ledger.report == parts.ledger.report
+    assert main(["bag", "recover", recording]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {recording}")
+
+
+def test_a_reader_of_ros_2_opens_the_directory(in_two):
+    topics = {"/order/numbers", "/both_ways/back"}
+    with AnyReader([in_two.recording]) as reader, Bag(in_two.recording) as bag:
+        wanted = [each for each in reader.connections if each.topic in topics]
+        times = [time for _, time, _ in reader.messages(connections=wanted)]
+        assert sorted(times) == [entry.log_time_ns for entry in bag.entries(sorted(topics))] != []

@@ -2,8 +2,6 @@
 
 import json
 import signal
-from collections import Counter
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -21,15 +19,6 @@ from busflow.testing import replay
 from tests.processes.conftest import NODES
 
 LAB1 = Path(__file__).parents[2] / "configs/lab1_processes.yaml"
-
-# Lab 1, whose messages wait where a busy machine runs the processor late. In the lab a queue of five drops then.
-ROOMY_LAB1 = f"""
-name: roomy
-include: [{{file: {LAB1}, args: {{rate_hz: 50.0}}}}]
-topics:
-  imu/data: {{qos: {{depth: 1000, reliability: reliable}}}}
-  joint_states: {{qos: {{depth: 1000}}}}
-"""
 
 COUNTED = """
 name: counted
@@ -63,92 +52,6 @@ def test_each_process_splits_its_own_file(tmp_path, monkeypatch, capsys):
         assert main(["bag", "verify", path]) == 0, capsys.readouterr().out
     with AnyReader([Path("run")]) as reader:
         assert reader.message_count >= bag.messages
-
-
-@pytest.fixture(scope="module")
-def lab1(tmp_path_factory):
-    """A recording of lab 1 in two processes, beside its report."""
-    folder = tmp_path_factory.mktemp("lab1")
-    file = folder / "roomy.yaml"
-    file.write_text(ROOMY_LAB1)
-    words = ("--for", "1s", "--record", str(folder / "run.mcap"), "--report", str(folder / "out.json"))
-    assert main(["run", str(file), *words]) == 0
-    return folder / "run"
-
-
-@pytest.mark.long
-def test_recording_matches_report_without_duplicates(lab1):
-    report = json.loads((lab1.parent / "out.json").read_text())
-    assert report["recording"]["complete"]
-    assert sorted(path.name for path in lab1.iterdir()) == ["main.mcap", "metadata.yaml", "sensors.mcap"]
-    with Bag(lab1) as bag:
-        found = Counter(entry.channel.topic for entry in bag.entries())
-        assert bag.survey().gaps == 0
-        assert bag.complete, bag.incomplete
-        assert [each.facts.process for each in bag.series] == ["main", "sensors"]
-        assert bag.ledger.report["topics"] == report["topics"]
-    published = {topic["name"]: topic["published"] for topic in report["topics"]}
-    assert min(published.values()) > 0
-    assert {topic: found[topic] for topic in published} == published
-    assert found.total() == report["recording"]["recorded"]
-    for process, own in (("main", {"/balance_state", "/stability_index"}), ("sensors", {"/imu/data", "/joint_states"})):
-        with Bag(lab1 / f"{process}.mcap") as bag:
-            assert {channel.topic for channel in bag.channels if channel.count} & published.keys() == own
-            assert process == "main" or bag.ledger.report["exit_code"] == 0
-
-
-@pytest.mark.long
-def test_files_are_read_as_one_by_time(lab1):
-    with Bag(lab1) as bag:
-        entries = list(bag.numbered())
-        assert all(one.log_time_ns <= other.log_time_ns for (_, one), (_, other) in pairwise(entries))
-        for number in (0, 1):
-            own = [entry.sequence for series, entry in entries if series == number]
-            assert own == list(range(1, len(own) + 1))
-        turns = sum(one != other for (one, _), (other, _) in pairwise(entries))
-        assert turns > 2
-        assert (bag.start_ns, bag.end_ns) == (entries[0][1].log_time_ns, entries[-1][1].log_time_ns)
-
-
-@pytest.mark.long
-def test_every_command_takes_the_directory(lab1, tmp_path, capsys):
-    assert main(["bag", "verify", str(lab1)]) == 0
-    assert main(["bag", "info", str(lab1), "--json", "--digest"]) == 0
-    told = json.loads(capsys.readouterr().out.split("\n", 1)[1])
-    assert [(each["process"], each["file"]) for each in told["processes"]] == [
-        ("main", "main.mcap"),
-        ("sensors", "sensors.mcap"),
-    ]
-    assert len({topic["name"] for topic in told["topics"]}) == len(told["topics"])
-    assert told["messages"] == sum(each["messages"] for each in told["processes"])
-    assert told["complete"]
-    assert main(["bag", "info", str(lab1)]) == 0
-    assert "sensors: sensors.mcap" in capsys.readouterr().out
-    assert main(["bag", "echo", str(lab1), "imu/data", "-n", "1"]) == 0
-    assert main(["bag", "diff", str(lab1), str(lab1)]) == 0
-    assert main(["bag", "play", str(lab1), "--rate", "100"]) == 0
-    one = tmp_path / "one.mcap"
-    capsys.readouterr()
-    assert main(["bag", "convert", str(lab1), str(one), "--to", "mcap"]) == 0
-    assert main(["bag", "verify", str(one)]) == 0, capsys.readouterr().out
-    assert main(["bag", "diff", str(lab1), str(one), "--times"]) == 0
-    with Bag(one) as bag, Bag(lab1) as parts:
-        assert [entry.sequence for entry in bag.entries()] == list(range(1, parts.messages + 1))
-        assert [entry.payload for entry in bag.entries()] == [entry.payload for entry in parts.entries()]
-        assert bag.facts.process == ""
-        assert bag.ledger.report == parts.ledger.report
-    assert main(["bag", "recover", str(lab1)]) == 2
-    assert capsys.readouterr().err.startswith(f"error: {lab1}")
-
-
-@pytest.mark.long
-def test_a_reader_of_ros_2_opens_the_directory(lab1):
-    with AnyReader([lab1]) as reader, Bag(lab1) as bag:
-        wanted = [each for each in reader.connections if each.topic in {"/imu/data", "/balance_state"}]
-        times = [time for _, time, _ in reader.messages(connections=wanted)]
-        ours = [entry.log_time_ns for entry in bag.entries(["imu/data", "balance_state"])]
-    assert sorted(times) == ours
-    assert ours
 
 
 ENDS_LATER = """
