@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import mmap
 import os
+import sys
 import weakref
 from bisect import bisect_left
 from collections.abc import Sequence
@@ -29,6 +30,13 @@ class Pieces:
     def joined(self) -> bytes:
         """The message as bytes."""
         return b"".join(self.pieces)
+
+
+def _mapped(fd: int, size: int, protection: int) -> mmap.mmap:
+    """Map memory; before Python 3.13 that takes a descriptor more for as long as it is mapped."""
+    if sys.version_info >= (3, 13):
+        return mmap.mmap(fd, size, prot=protection, trackfd=False)
+    return mmap.mmap(fd, size, prot=protection)
 
 
 class Places:
@@ -99,7 +107,7 @@ class Arena:
         os.ftruncate(self.fd, capacity)
         # If the memory could shrink, that would kill a process that reads it.
         fcntl.fcntl(self.fd, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL)
-        self._map = mmap.mmap(self.fd, capacity)
+        self._map = _mapped(self.fd, capacity, mmap.PROT_READ | mmap.PROT_WRITE)
         self._memory = memoryview(self._map)
         self._places = Places(capacity)
         self._written = self._peak = 0
@@ -189,7 +197,7 @@ class ForeignArena:
         if not sealed or not 0 < size <= os.fstat(fd).st_size:
             raise OSError("the memory that it names could shrink, or is smaller than it says")
         self.size = size
-        self._memory = mmap.mmap(fd, size, prot=mmap.PROT_READ)
+        self._memory = _mapped(fd, size, mmap.PROT_READ)
 
     def read(self, offset: int, size: int) -> bytes:
         """Return a copy of a message."""

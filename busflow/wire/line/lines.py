@@ -132,6 +132,8 @@ class Lines:
     def send(self, key: str, payload: bytes | Pieces, attachment: bytes, now_ns: int) -> None:
         """Send a message to all readers of a topic's key; a large one is written into shared memory once."""
         routes = self._routes.get(key, ())
+        if isinstance(payload, Pieces) and payload.size <= LARGE:
+            payload = payload.joined
         if isinstance(payload, bytes) and len(payload) <= LARGE:
             for route in routes:
                 route.send(payload, attachment, now_ns)

@@ -6,6 +6,7 @@ import asyncio
 import os
 import random
 import resource
+import shutil
 import signal
 import socket
 import subprocess
@@ -23,6 +24,7 @@ from busflow.wire.line.arena import Piece, Pieces
 from busflow.wire.line.lines import Lines
 from busflow.wire.line.packets import LARGE, Reason, Wanted
 from busflow.wire.zenoh.keys import Attachment, attachment_bytes
+from busflow.wire.zenoh.run_directory import RunDirectory
 
 NODES = Path(__file__).parents[2] / "nodes"
 KEY = "0/chatter/std_msgs::msg::dds_::String_/RIHS01_00"
@@ -39,7 +41,7 @@ def on_a_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., N
 
     async def whole(ends: Ends, **fixtures: Any) -> None:
         try:
-            await asyncio.wait_for(test(ends, **fixtures), 120)
+            await asyncio.wait_for(test(ends, **fixtures), 120)  # all of them together, on however slow a machine
         finally:
             ends.close()
 
@@ -107,8 +109,8 @@ class Ends:
     def __init__(self, folder: Path) -> None:
         self._folder, self._made = folder, list[Process]()
 
-    def __call__(self, session: str, *, has_packets: bool = True) -> Process:
-        self._made.append(Process(self._folder, session, has_packets=has_packets))
+    def __call__(self, session: str, *, folder: Path | None = None, has_packets: bool = True) -> Process:
+        self._made.append(Process(folder or self._folder, session, has_packets=has_packets))
         return self._made[-1]
 
     def close(self) -> None:
@@ -142,6 +144,25 @@ async def test_a_message_arrives_as_it_was_sent(ends):
 
 
 @on_a_loop
+async def test_who_has_the_run_directory_open_is_reached_by_that(ends, monkeypatch, tmp_path: Path):
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(tmp_path / "runs"))
+    run = RunDirectory.claim("a run with a long name, which leaves a socket little room" * 3)
+    try:
+        writer, reader = ends("aaaaaaaa01", folder=run.inside), ends("bbbbbbbb02", folder=run.path)
+        reader.receive(writer)
+        writer.lines.read()
+        writer.send(b"hello")
+        reader.lines.read()
+        assert reader.numbers == [1]
+        writer.lines.close()
+        assert [path.name for path in run.path.iterdir() if path.is_socket()] == ["~bbbbbbbb"]
+        reader.lines.close()
+        assert not any(path.is_socket() for path in run.path.iterdir())
+    finally:
+        run.close()
+
+
+@on_a_loop
 async def test_a_session_without_a_socket_has_no_line(ends):
     reader = ends("bbbbbbbb02")
     assert reader.lines.receive("cccccccc", KEY, Wanted(1), print, print) is None
@@ -155,10 +176,11 @@ async def test_large_messages_arrive_whole(ends):
     large = bytes(range(256)) * 8192
     writer.send(large)
     writer.send(Pieces([b"head", large], len(large) + 4))
-    await turn(lambda: len(reader.arrived) == 2)
-    assert reader.arrived == [(large, 1), (b"head" + large, 2)]
+    writer.send(Pieces([b"small", b"one"], 8))
+    await turn(lambda: len(reader.arrived) == 3)
+    assert reader.arrived == [(large, 1), (b"head" + large, 2), (b"smallone", 3)]
     taken = writer.lines.capacity
-    intake.acknowledge(2)
+    intake.acknowledge(3)
     await turn(lambda: not any(route.unacknowledged for route in writer.lines.routes(KEY)))
     writer.send(large)
     assert writer.lines.capacity == taken  # the same memory again
@@ -477,9 +499,9 @@ async def test_a_process_of_another_user_gets_no_line(ends, tmp_path: Path):
 class OtherEnds:
     """Processes at the other ends of lines, one at a time."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *around: str) -> None:
         self._server = subprocess.Popen(
-            [sys.executable, NODES / "line_end.py", folder],
+            [*around, sys.executable, NODES / "line_end.py", folder],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -494,6 +516,9 @@ class OtherEnds:
         """Kill it, and wait until it has gone."""
         os.kill(pid, signal.SIGKILL)
         assert self._server.stdout.readline() == "ended\n"
+
+    def kill_all(self) -> None:
+        self._server.kill()
 
     def close(self) -> None:
         self._server.communicate()
@@ -558,6 +583,32 @@ async def test_a_killed_reader_takes_nothing_with_it(ends, others: OtherEnds, ki
     witness.lines.read()
     assert all(map(is_whole, arrived))
     assert len(arrived) == writer.number // 2 - writer.lines.routes(KEY)[0].dropped
+
+
+ELSEWHERE = ("unshare", "--map-root-user", "--pid", "--mount", "--fork", "--kill-child")
+"""Runs a program in other namespaces of processes, users and mounts."""
+
+
+@pytest.fixture
+def contained(tmp_path: Path) -> Iterator[OtherEnds]:
+    if shutil.which("unshare") is None or subprocess.run([*ELSEWHERE, "true"], capture_output=True).returncode:
+        pytest.skip("this system gives a user no namespaces")
+    made = OtherEnds(tmp_path, *ELSEWHERE)
+    yield made
+    made.close()
+
+
+@on_a_loop
+async def test_a_container_that_shares_the_directory_has_a_line(ends, contained: OtherEnds):
+    reader, arrived, ended = ends("bbbbbbbb02"), list[bytes](), list[bool]()
+    contained.start("write 0000000a")
+    await turn(lambda: reader.can_reach("0000000a"))
+    reader.read_large("0000000a", arrived, ended)
+    await turn(lambda: len(arrived) >= 5)
+    assert all(map(is_whole, arrived))
+    contained.kill_all()
+    await turn(lambda: ended)
+    assert reader.log == []
 
 
 @on_a_loop
