@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.bus.names import absolute_name
 from busflow.cli.options.completers import complete_plugins
 from busflow.cli.options.launch_file import DURATION, LaunchSource, launch_file
 from busflow.cli.options.number import Number
@@ -81,16 +81,8 @@ def _print_outcome(outcome: Replay, show: int, *, as_json: bool) -> int:
 
 def _alone(plugin: str, nodes: tuple[str, ...], folder: Path | None, context: click.Context) -> What:
     """Return the description of a graph with one node of a plugin, as a launch file would state it."""
-    from busflow.launchfile.model.description import LaunchDescription, NodeSpec
-    from busflow.launchfile.yaml.value import Origin, StatedBy, Value
-    from busflow.node.node import default_name
-    from busflow.node.plugins import load
-
     if len(nodes) > 1:
         raise click.UsageError("--plugin runs one node: give one name with --node, or none", context)
-    folders = (folder or Path("plugins"),)
-    name = nodes[0] if nodes else default_name(load(plugin, folders))
-    namespace, _, last = absolute_name(name).rpartition("/")
-    origin = Origin(StatedBy.COMMAND_LINE)
-    spec = NodeSpec(last, namespace or "/", origin, plugin, origin, Value({}, origin), folders)
-    return LaunchDescription(name="replay", nodes=(spec,))
+    return replace(
+        LaunchSource(Path(), plugin=plugin, node=next(iter(nodes), None), folder=folder).description(), name="replay"
+    )
