@@ -15,10 +15,11 @@ from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.message import wants
 from busflow.cli.options.run import complete_actions, full_type, joined, joins
 from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
+from busflow.cli.terminal.listing import print_list, print_of_type
 from busflow.cli.terminal.output import local_time, print_answer, print_found, print_line
 from busflow.cli.terminal.table import print_table, print_text
 from busflow.errors import ExitCode, GoalRejected, InvalidInput, NoSuchTarget, Problem
-from busflow.text import did_you_mean, printable
+from busflow.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,14 +69,11 @@ def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> None
     from busflow.wire.client.actions import actions_of
 
     with joined(run) as peer:
-        found = actions_of(peer.graph()).values()
+        found = [*actions_of(peer.graph()).values()]
     if as_json:
         print_answer({"run": peer.run.name, "actions": [_as_json(each) for each in found]})
-    elif count:
-        click.echo(len(found))
     else:
-        for each in found:
-            print_text(each.name, *([f"[{each.type}]"] if show_types else []), indent="  ")
+        print_list(found, count=count, show_types=show_types)
 
 
 @click.command(epilog=_EXAMPLES)
@@ -125,12 +123,7 @@ def find(run: str | None, type_name: str, count: bool, as_json: bool) -> None:
     full = full_type(type_name, "action")
     with joined(run) as peer:
         actions = actions_of(peer.graph()).values()
-    found = [each.name for each in actions if full in each.types]
-    if not found:
-        near = did_you_mean(full, {each for action in actions for each in action.types}, none="no node has an action")
-        raise NoSuchTarget(f"no action has the type {printable(full)}; {near}")
-    shown = [str(len(found))] if count else found
-    print_found({"type": full, "actions": found}, shown, as_json=as_json)
+    print_of_type(full, actions, "action", as_json=as_json, count=count, none="no node has an action")
 
 
 @click.command("send_goal", cls=WaitingCommand, epilog=_EXAMPLES)

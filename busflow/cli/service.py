@@ -13,10 +13,11 @@ from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.message import wants
 from busflow.cli.options.run import complete_services, full_type, joined, joins
 from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
+from busflow.cli.terminal.listing import print_list, print_of_type
 from busflow.cli.terminal.output import print_answer, print_found
-from busflow.cli.terminal.table import print_table, print_text
+from busflow.cli.terminal.table import print_table
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
-from busflow.text import did_you_mean, printable
+from busflow.text import printable
 from busflow.wire.client.graph_view import LOGGER_SERVICES
 
 if TYPE_CHECKING:
@@ -59,11 +60,8 @@ def list_(run: str | None, show_types: bool, count: bool, all_: bool, as_json: b
         services = [each for each in peer.graph().services.values() if all_ or not _is_hidden(each)]
     if as_json:
         print_answer({"run": peer.run.name, "services": [_as_json(each) for each in services]})
-    elif count:
-        click.echo(len(services))
     else:
-        for each in services:
-            print_text(each.name, *([f"[{each.type}]"] if show_types else []), indent="  ")
+        print_list(services, count=count, show_types=show_types)
 
 
 @click.command("type", epilog=_EXAMPLES)
@@ -84,11 +82,7 @@ def find(run: str | None, type_name: str, as_json: bool) -> None:
     full = full_type(type_name, "srv")
     with joined(run) as peer:
         services = peer.graph().services.values()
-    found = [each.name for each in services if full in each.types]
-    if not found:
-        known = {each for service in services for each in service.types}
-        raise NoSuchTarget(f"no service has the type {printable(full)}; {did_you_mean(full, known)}")
-    print_found({"type": full, "services": found}, found, as_json=as_json)
+    print_of_type(full, services, "service", as_json=as_json)
 
 
 @click.command(epilog=_EXAMPLES)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.run import complete_topics, complete_types, full_type, joined, joins
+from busflow.cli.terminal.listing import print_list, print_of_type
 from busflow.cli.terminal.output import print_answer, print_found, print_message
 from busflow.cli.terminal.table import print_text
-from busflow.errors import NoSuchTarget
-from busflow.text import counted, did_you_mean, printable
+from busflow.text import counted
 
 if TYPE_CHECKING:
     from busflow.wire.client.graph_view import EndView, GraphView, TopicView
@@ -36,14 +36,11 @@ def list_(run: str | None, show_types: bool, count: bool, verbose: bool, hidden:
         name = peer.run.name
     if as_json:
         print_answer({"run": name, "topics": [_as_json(each) for each in topics]})
-    elif count:
-        click.echo(len(topics))
-    elif verbose:
+    elif verbose and not count:
         _print_ends("Published", "publisher", ((each, each.publishers) for each in topics))
         _print_ends("Subscribed", "subscriber", ((each, each.subscriptions) for each in topics))
     else:
-        for each in topics:
-            print_text(each.name, *([f"[{each.type}]"] if show_types else []), indent="  ")
+        print_list(topics, count=count, show_types=show_types)
 
 
 @click.command("type", epilog="\b\nExample:\n  busflow topic type imu/data")
@@ -68,14 +65,7 @@ def find(run: str | None, name: str, count: bool, hidden: bool, as_json: bool) -
     full = full_type(name)
     with joined(run) as peer:
         topics = _shown(peer.graph(), hidden=hidden)
-    found = [each.name for each in topics if full in each.types]
-    if not found:
-        types = {type_ for each in topics for type_ in each.types}
-        raise NoSuchTarget(f"no topic has the type {printable(full)}; {did_you_mean(full, types)}")
-    if count and not as_json:
-        click.echo(len(found))
-    else:
-        print_found({"type": full, "topics": found}, found, as_json=as_json)
+    print_of_type(full, topics, "topic", as_json=as_json, count=count)
 
 
 def _shown(graph: GraphView, *, hidden: bool) -> list[TopicView]:
