@@ -60,8 +60,8 @@ async def read(lines: Lines, session: str) -> None:
 
     def take(arrived: Sequence[Arrived]) -> None:
         for message, _ in arrived:
-            if isinstance(message, bytes) or hasattr(message, "read"):
-                data = message if isinstance(message, bytes) else message.read()
+            if isinstance(message, bytes) or hasattr(message, "to_bytes"):
+                data = message if isinstance(message, bytes) else message.to_bytes()
                 if not is_whole(data):
                     os._exit(3)
         assert intake is not None

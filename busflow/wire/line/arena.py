@@ -216,6 +216,6 @@ class Piece:
     def __len__(self) -> int:
         return self.size
 
-    def read(self) -> bytes:
+    def to_bytes(self) -> bytes:
         """Return a copy of the message. Read it before you acknowledge it: its place is used again afterwards."""
         return self._arena.read(self._offset, self.size)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import array
 import asyncio
 import os
 import socket
@@ -22,8 +21,6 @@ from busflow.wire.line.stream import PacketStream
 if TYPE_CHECKING:
     from busflow.log import Logger
 
-_FD = array.array("i")
-_FD_ROOM = socket.CMSG_SPACE(_FD.itemsize)
 _FILE = bytes((Kind.FILE,))
 
 

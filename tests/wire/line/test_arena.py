@@ -59,7 +59,7 @@ def test_a_message_is_read_through_another_mapping():
     arena = Arena(1 << 20)
     foreign = ForeignArena(arena.fd, arena.capacity)
     first, second = arena.store(b"first"), arena.store(Pieces([b"sec", memoryview(b"ond")], 6))
-    assert [Piece(foreign, each.offset, each.size).read() for each in (first, second)] == [b"first", b"second"]
+    assert [Piece(foreign, each.offset, each.size).to_bytes() for each in (first, second)] == [b"first", b"second"]
 
 
 def test_a_place_is_free_when_each_holder_has_released_it():

@@ -73,7 +73,7 @@ class Process:
         def take(messages: Any) -> None:
             for payload, attachment in messages:
                 number = Attachment.decode(attachment).sequence
-                self.arrived.append((payload.read() if isinstance(payload, Piece) else payload, number))
+                self.arrived.append((payload.to_bytes() if isinstance(payload, Piece) else payload, number))
 
         return self.lines.receive(
             other.session, key, Wanted(depth, overflow), take, lambda: self.ends.append(other.session)
@@ -88,7 +88,7 @@ class Process:
         """Receive large messages, and acknowledge each."""
 
         def take(messages: Any) -> None:
-            arrived.extend(payload.read() for payload, _ in messages)
+            arrived.extend(payload.to_bytes() for payload, _ in messages)
             intake.acknowledge(len(messages))
 
         intake = self.lines.receive(session, key, Wanted(LARGE_DEPTH), take, lambda: ended.append(True))
@@ -353,7 +353,7 @@ async def test_memory_that_a_lost_reader_may_read_is_never_written_again(ends):
     other.receive(writer)
     writer.lines.read()
     writer.send(b"2" * (1 << 20))
-    assert held[0].read() == b"1" * (1 << 20)
+    assert held[0].to_bytes() == b"1" * (1 << 20)
     await turn(lambda: other.arrived)
     assert other.arrived == [(b"2" * (1 << 20), 2)]
 
