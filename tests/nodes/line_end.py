@@ -1,7 +1,7 @@
 """Other ends of lines, in processes that a test may kill: `other_end.py FOLDER`, with orders on standard input.
 
-`write SESSION` and `read SESSION` fork a process that publishes for ever, or that receives from this session for ever;
-its id is the answer. The messages are numbered and have a megabyte, and each consists of one repeated word.
+`write SESSION SIZE` and `read SESSION` fork a process that publishes for ever, or that receives from this session for
+ever; its id is the answer. The messages are numbered and have this size, and each consists of one repeated word.
 """
 
 import asyncio
@@ -18,18 +18,17 @@ from busflow.wire.zenoh.keys import attachment_bytes
 
 KEY = "0/cloud/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_00"
 GID = bytes(range(16))
-SIZE = 1 << 20
 WANTED = Wanted(4)
 
 
-def payload(number: int) -> bytes:
+def payload(number: int, size: int) -> bytes:
     """Return the message of a number."""
-    return number.to_bytes(8, "little") * (SIZE // 8)
+    return number.to_bytes(8, "little") * (size // 8)
 
 
 def is_whole(data: bytes) -> bool:
     """Return whether these bytes are such a message."""
-    return data == data[:8] * (SIZE // 8)
+    return data == data[:8] * (len(data) // 8)
 
 
 def lines_of(folder: Path, session: str, *, has_packets: bool = True) -> Lines:
@@ -44,12 +43,12 @@ def lines_of(folder: Path, session: str, *, has_packets: bool = True) -> Lines:
     return lines
 
 
-async def write(lines: Lines) -> None:
+async def write(lines: Lines, size: int) -> None:
     """Publish for ever."""
     number = 0
     while True:
         number += 1
-        lines.send(KEY, payload(number), attachment_bytes(number, number, GID), number * 10**9)
+        lines.send(KEY, payload(number, size), attachment_bytes(number, number, GID), number * 10**9)
         await asyncio.sleep(0)
 
 
@@ -71,9 +70,9 @@ async def read(lines: Lines, session: str) -> None:
     await ended.wait()
 
 
-async def run(folder: Path, order: str, session: str) -> None:
+async def run(folder: Path, order: str, session: str, size: str = "0") -> None:
     lines = lines_of(folder, session if order == "write" else f"{os.getpid():08x}")
-    await (write(lines) if order == "write" else read(lines, session))
+    await (write(lines, int(size)) if order == "write" else read(lines, session))
 
 
 def main() -> None:

@@ -180,7 +180,7 @@ class Route:
         self._enqueue(payload, attachment, may_gather=follows and len(payload) <= SMALL)
 
     def _enqueue(self, payload: bytes | Stored, attachment: bytes, *, may_gather: bool) -> None:
-        if self.has_ended:
+        if self.state is RouteState.ENDED:
             return
         if isinstance(payload, Stored):
             payload.hold()
@@ -329,7 +329,8 @@ class Route:
         if isinstance(payload, Stored):
             payload.release()
         gid = attachment[GID_AT:ATTACHMENT_BYTES]
-        if all(each[GID_AT:ATTACHMENT_BYTES] != gid for _, each in islice(self._waiting, at, None)):
+        behind = islice(self._waiting, at, None) if at < len(self._waiting) else ()
+        if all(each[GID_AT:ATTACHMENT_BYTES] != gid for _, each in behind):
             self._tails[gid] = attachment
 
     def _step(self, event: RouteEvent) -> None:
