@@ -210,7 +210,7 @@ class Lines:
     def _stored(self, payload: bytes | Pieces) -> bytes | Stored:
         """Write a large message into shared memory; return it as bytes if there is no room."""
         if self._arena is None and self._type is socket.SOCK_SEQPACKET:
-            with suppress(OSError):
+            with suppress(OSError, AttributeError):  # not every system has such memory
                 self._arena = Arena()
         stored = None if self._arena is None else self._arena.store(payload)
         if stored is not None:

@@ -326,6 +326,18 @@ async def test_a_stream_carries_the_same(ends):
 
 
 @on_a_loop
+async def test_without_such_memory_messages_travel_in_parts(ends, monkeypatch):
+    monkeypatch.delattr(os, "memfd_create")
+    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
+    reader.receive(writer)
+    writer.lines.read()
+    writer.send(bytes(1 << 20))
+    await turn(lambda: reader.arrived)
+    assert reader.arrived == [(bytes(1 << 20), 1)]
+    assert writer.lines.capacity == 0
+
+
+@on_a_loop
 async def test_a_closed_intake_gives_back_the_memory(ends):
     writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
     intake = reader.receive(writer)
