@@ -67,7 +67,7 @@ NEXT: Mapping[RouteState, Mapping[RouteEvent, RouteState]] = {
 """The states of a route, and what follows on which event."""
 
 
-_READY, _WAITING = RouteState.READY, RouteState.WAITING
+_READY = RouteState.READY
 
 
 class Carrier(Protocol):
@@ -159,40 +159,39 @@ class Route:
         """
         follows = now_ns - self._last_ns <= CLOSE_NS
         self._last_ns = now_ns
-        if (
-            not follows
-            and self.state is _READY
-            and len(self._unacknowledged) < self._window
-            and isinstance(payload, bytes)
-            and len(payload) <= LARGE
-        ):
-            try:
-                self._transmit(self._prefix + attachment + payload)
-            except BlockingIOError:
-                pass
-            except OSError as error:
-                self._carrier.fail(error)
+        state, size = self.state, len(payload)
+        if state is _READY and not follows and size <= LARGE and isinstance(payload, bytes):
+            if self._sends_alone(payload, attachment):
                 return
-            else:
-                self._unacknowledged.append(None)
-                self.sent += 1
-                return
-        self._enqueue(payload, attachment, may_gather=follows and len(payload) <= SMALL)
-
-    def _enqueue(self, payload: bytes | Stored, attachment: bytes, *, may_gather: bool) -> None:
-        if self.state is RouteState.ENDED:
+        elif state is RouteState.ENDED:
             return
         if isinstance(payload, Stored):
             payload.hold()
-        self._waiting.append((payload, attachment))
-        self._bytes += len(payload)
-        if self.state is _WAITING:
+        waiting = self._waiting
+        waiting.append((payload, attachment))
+        self._bytes += size
+        if state is RouteState.WAITING:
             self._drop_beyond_depth()
-        elif not may_gather or len(self._waiting) >= MOST_TOGETHER:
+        elif not follows or size > SMALL or len(waiting) >= MOST_TOGETHER:
             self.flush()
-        elif self.state is _READY:
+        elif state is _READY:
             self._step(RouteEvent.FOLLOWED)
             self._carrier.call_soon(self._end_turn)
+
+    def _sends_alone(self, payload: bytes, attachment: bytes) -> bool:
+        """Send a message that waits for nothing; return False if it has to wait."""
+        if len(self._unacknowledged) >= self._window:
+            return False
+        try:
+            self._transmit(self._prefix + attachment + payload)
+        except BlockingIOError:
+            return False
+        except OSError as error:
+            self._carrier.fail(error)
+            return True
+        self._unacknowledged.append(None)
+        self.sent += 1
+        return True
 
     def _end_turn(self) -> None:
         if self.state is RouteState.GATHERING:
