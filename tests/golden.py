@@ -19,7 +19,7 @@ from busflow.errors import BusflowError, Place
 VARYING = {
     r" at 0x[0-9a-f]+": " at 0x…",  # of an object
     r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}": "UUID",
-    r"embedded null (byte|character)": "embedded null byte",  # Python 3.11, and newer ones
+    r"(open: )?embedded null (byte|character)( in path)?": "embedded null byte",  # Python 3.11, and newer ones
     r"[^\s'\"]*/pytest-of-[^/]+/pytest-\d+(/popen-gw\d+)?/\w+": "TMP_PATH",
     r"(?:/[^\s'\":]*/)?\b((busflow|tests)/[\w/]+\.py):\d+(:\d+)?": r"\1:…",  # a line that moves
 }

@@ -17,9 +17,9 @@ _LIBRARIES = tuple(str(Path(str(module.__file__)).parent) for module in (asyncio
 
 
 def waiting(loop: asyncio.AbstractEventLoop) -> list[str]:
-    """Return a line for each unfinished task, in the order of their names."""
-    tasks = [task for task in asyncio.all_tasks(loop) if not task.done()]
-    return sorted(describe(task) for task in tasks)
+    """Return a line for each unfinished task but the one that runs, in the order of their names."""
+    running = asyncio.current_task(loop)
+    return sorted(describe(task) for task in asyncio.all_tasks(loop) if not task.done() and task is not running)
 
 
 def describe(task: asyncio.Task[Any]) -> str:
