@@ -7,7 +7,6 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from busflow.errors import ExitCode, LaunchError, NotRunning, Problem
 from busflow.launchfile.model.description import LaunchDescription
@@ -15,14 +14,11 @@ from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import console_sink
 from busflow.runner.assembly import Given, Kind, Role, Run
 from busflow.runner.extension import Extension
-from busflow.runner.graph import Wanted, What, described, is_simulated
+from busflow.runner.graph import Graph, Wanted, What, described, is_simulated
 from busflow.runner.loops.choice import LoopName
 from busflow.runner.planning.machine import on_machine
 from busflow.runner.source import variables_of
 from busflow.runner.watchdog import BOUND_S
-
-if TYPE_CHECKING:
-    from busflow.runner.graph import Graph
 
 
 def launch(

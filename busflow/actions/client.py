@@ -12,9 +12,9 @@ from busflow.actions.endpoints import LEFT, LOST, REJECTED, GoalClient
 from busflow.actions.feedback import DEPTH, FeedbackQueue, wake
 from busflow.actions.goal import F, G, GoalState, Parts, R
 from busflow.actions.identifiers import Identifiers, from_message, key_of
-from busflow.bus.services.call import waited
-from busflow.bus.services.client import TIMEOUT_S, check_timeout
-from busflow.clock import NS_PER_S
+from busflow.bus.services.call import Call, waited
+from busflow.bus.services.client import TIMEOUT_S, Client, check_timeout
+from busflow.clock import NS_PER_S, Clock
 from busflow.errors import (
     ActionError,
     ActionGone,
@@ -40,10 +40,7 @@ if TYPE_CHECKING:
     from uuid import UUID
 
     from busflow.actions.statistics import GoalClientStatistics
-    from busflow.bus.services.call import Call
-    from busflow.bus.services.client import Client
     from busflow.bus.subscription import Subscription
-    from busflow.clock import Clock
 
 A = TypeVar("A")
 

@@ -6,23 +6,21 @@ from collections import Counter
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from busflow.actions.goal import GoalState
+from busflow.actions.goal import GoalState, RunningGoal
 from busflow.actions.identifiers import key_of
 from busflow.actions.statistics import GoalClientStatistics, GoalServerStatistics
 from busflow.bus.publisher import Publisher
 from busflow.bus.services.client import Client
-from busflow.bus.services.server import Server
+from busflow.bus.services.server import RequestHandler, Server
 from busflow.errors import ServiceGone
 from busflow.msgs.action_msgs import GoalStatusArray
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
-    from busflow.actions.goal import RunningGoal
     from busflow.actions.open_goals import OpenGoals
     from busflow.bus.endpoint import Endpoint, ServiceEndpoint
     from busflow.bus.services.call import Activity, Call
-    from busflow.bus.services.server import RequestHandler
     from busflow.bus.statistics import ServerStatistics
     from busflow.interfaces.message import Message, ServiceType
 

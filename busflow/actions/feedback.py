@@ -5,13 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from busflow import timeouts
-from busflow.clock import NS_PER_S
-
-if TYPE_CHECKING:
-    from busflow.clock import Clock
+from busflow.clock import NS_PER_S, Clock
 
 DEPTH = 10
 """The default number of feedback messages that wait for the task that reads them."""

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from busflow.clock import NS_PER_S
+from busflow.clock import NS_PER_S, Clock
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from busflow.actions.goal import RunningGoal
-    from busflow.clock import Clock
     from busflow.msgs.action_msgs import GoalStatus
 
 RESULT_KEPT_S = 10

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Collection, Coroutine
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -15,7 +15,7 @@ from busflow.actions.open_goals import OpenGoals, WhenBusy
 from busflow.actions.results import Results
 from busflow.bus.failure import is_failure
 from busflow.bus.services.call import set_activity
-from busflow.clock import NS_PER_S, nanoseconds_of
+from busflow.clock import NS_PER_S, Clock, nanoseconds_of
 from busflow.errors import IncompatibleType, NotRunning, ServiceUnavailable
 from busflow.interfaces.action import ActionType, DerivedTypes
 from busflow.interfaces.message import Message, shown_value, type_name
@@ -25,13 +25,11 @@ from busflow.text import printable
 from busflow.validation.tracebacks import line, reason
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
     from uuid import UUID
 
     from busflow.actions.statistics import GoalServerStatistics
     from busflow.bus.publisher import Publisher
     from busflow.bus.services.server import Server
-    from busflow.clock import Clock
     from busflow.node.lifetime import NodeLifetime
 
 A = TypeVar("A")

@@ -5,12 +5,9 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import Any, Generic, TypeVar, cast
 
-from busflow.clock import NS_PER_S
-
-if TYPE_CHECKING:
-    from busflow.clock import Clock
+from busflow.clock import NS_PER_S, Clock
 
 T = TypeVar("T")
 

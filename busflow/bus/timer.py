@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 from busflow.bus.failure import is_failure, refuse_coroutine
 from busflow.bus.statistics import TimerStatistics
-from busflow.clock import NS_PER_S
+from busflow.clock import NS_PER_S, Clock, Duration
 from busflow.errors import InvalidDeclaration
 
 if TYPE_CHECKING:
     from busflow.bus.dispatcher import Dispatcher
-    from busflow.clock import Clock, Duration
 
 TimerHandler = Callable[[], None] | Callable[[], Coroutine[Any, Any, None]]
 Spawn = Callable[[Coroutine[Any, Any, None], str], object]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 from collections import Counter, deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from busflow.bus.delivery import DeliverySource
 from busflow.bus.endpoint import Endpoint
@@ -18,12 +18,9 @@ from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
 from busflow.bus.qos import Overflow
 from busflow.bus.statistics import PublisherStatistics, SubscriptionStatistics, TopicStatistics
-from busflow.clock import NS_PER_S
+from busflow.clock import NS_PER_S, Clock
 from busflow.errors import SendTimeout
 from busflow.interfaces.message import Message, type_name
-
-if TYPE_CHECKING:
-    from busflow.clock import Clock
 
 M = TypeVar("M", bound=Message)
 E = TypeVar("E", bound="TopicEndpoint")

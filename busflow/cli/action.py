@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -22,8 +22,6 @@ from busflow.errors import ExitCode, GoalRejected, InvalidInput, NoSuchTarget, P
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from busflow.cli.terminal.message_text import Wanted
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.wire.client.actions import ActionPeer, ActionView, PeerGoal

@@ -16,11 +16,10 @@ from busflow.cli.terminal.table import Column, print_table, print_text
 from busflow.clock import sleep
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import printable
-from busflow.wire.client.graph_view import LOGGER_SERVICES
+from busflow.wire.client.graph_view import LOGGER_SERVICES, EndView, GraphView, NodeView
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
-    from busflow.wire.client.graph_view import EndView, GraphView, NodeView
 
 _VERBS = {
     "list": ("busflow.cli.node:list_", "List the nodes of a running graph."),

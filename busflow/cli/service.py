@@ -18,13 +18,12 @@ from busflow.cli.terminal.output import print_answer, print_found
 from busflow.cli.terminal.table import print_table
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
 from busflow.text import printable
-from busflow.wire.client.graph_view import LOGGER_SERVICES
+from busflow.wire.client.graph_view import LOGGER_SERVICES, TopicView
 
 if TYPE_CHECKING:
     from busflow.cli.terminal.field_paths import Shape
     from busflow.cli.terminal.message_text import Wanted
     from busflow.wire.client.client import Peer
-    from busflow.wire.client.graph_view import TopicView
 
 _VERBS = {
     "list": ("busflow.cli.service:list_", "List the services."),

@@ -9,18 +9,14 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
 
 from busflow.bus.patterns import Selection
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError, InspectionUnavailable, how_to_install
 from busflow.log import Log, console_sink
 from busflow.processes.pipe import PipeWriter
-from busflow.wire.zenoh.run_directory import find_run
+from busflow.wire.zenoh.run_directory import FoundRun, find_run
 from busflow.wire.zenoh.session import require_zenoh
-
-if TYPE_CHECKING:
-    from busflow.wire.zenoh.run_directory import FoundRun
 
 NODE = "dds"
 """The name under which a bridge logs."""

@@ -7,10 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from busflow.node.node import Node, default_name, parameters_class, runtime_of
-from busflow.node.parameters import validate
+from busflow.node.parameters import Parameters, validate
 
 if TYPE_CHECKING:
-    from busflow.node.parameters import Parameters
     from busflow.node.runtime import NodeRuntime
 
 

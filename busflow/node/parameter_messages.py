@@ -16,7 +16,7 @@ from busflow.msgs.rcl_interfaces import (
     ParameterType,
     ParameterValue,
 )
-from busflow.validation.annotations import UNBOUNDED
+from busflow.validation.annotations import UNBOUNDED, Bounds
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from busflow.clock import Time
     from busflow.node.parameter_store import ParameterChange
     from busflow.node.parameters import ParameterInfo
-    from busflow.validation.annotations import Bounds
 
 INT64 = range(-(1 << 63), 1 << 63)
 

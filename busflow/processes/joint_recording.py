@@ -17,7 +17,7 @@ from busflow.recording.bag.rosbag2 import LACKING, REPORT
 from busflow.recording.bag.rosbag2_metadata import FileCounts, file_counts, write_metadata
 from busflow.recording.recorder.destination import as_directory, named, refusal
 from busflow.runner.extension import Extension
-from busflow.runner.report import RecordingReport
+from busflow.runner.report import RecordingReport, Report
 from busflow.runner.service_events import SUFFIX
 from busflow.text import did_you_mean, printable
 
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from busflow.log import Logger
     from busflow.recording.recorder.share import Share
     from busflow.runner.planning.preflight import Plan
-    from busflow.runner.report import Report
 
 _SUFFIX = ".mcap"
 _LARGEST_REPORT = 512 << 10

@@ -24,10 +24,10 @@ from busflow.node.parameters import ParameterInfo
 from busflow.recording.bag.rosbag2_metadata import describe_recordings
 from busflow.recording.recorder.channels import Announcer
 from busflow.recording.recorder.destination import as_directory, named, new_directory
-from busflow.recording.recorder.provenance import facts
+from busflow.recording.recorder.provenance import MetadataRecord, facts
 from busflow.recording.recorder.recording_file import Latched, RecordingFile, SplitFile, file_maker
 from busflow.recording.recorder.spool import Spool
-from busflow.wire.client.graph_view import view
+from busflow.wire.client.graph_view import TopicView, view
 from busflow.wire.client.known_type import known_type
 from busflow.wire.client.listener import Listener, Received
 from busflow.wire.zenoh.qos_text import as_qos
@@ -40,9 +40,7 @@ if TYPE_CHECKING:
     from busflow.bus.patterns import Selection
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.launchfile.model.description import Compression, Split
-    from busflow.recording.recorder.provenance import MetadataRecord
     from busflow.wire.client.client import Peer
-    from busflow.wire.client.graph_view import TopicView
 
 _MOST_DEPTH = 10_000
 _PARAMETERS_QOS = QoS(depth=1000)

@@ -11,11 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from busflow.launchfile.model.ros2 import Ros2Transport
+from busflow.launchfile.model.ros2 import Ros2Spec, Ros2Transport
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
-    from busflow.launchfile.model.ros2 import Ros2Spec
     from busflow.runner.assembly import Run
     from busflow.runner.graph import Graph
     from busflow.wire.zenoh.network import Network

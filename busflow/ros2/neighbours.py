@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from ipaddress import ip_address
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from busflow.bus.names import is_hidden
 from busflow.errors import Problem, Severity
 from busflow.text import counted, printable
-from busflow.wire.zenoh.keys import TokenKind
-
-if TYPE_CHECKING:
-    from busflow.wire.zenoh.keys import Token
+from busflow.wire.zenoh.keys import Token, TokenKind
 
 HERE = "this machine"
 BEYOND = "beyond a router"

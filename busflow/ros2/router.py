@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
 from busflow.errors import InspectionUnavailable
-from busflow.launchfile.model.ros2 import Ros2Transport
+from busflow.launchfile.model.ros2 import Ros2Spec, Ros2Transport
 from busflow.ros2.port_owner import owner_of
 from busflow.wire.zenoh.held_port import HeldPort
 from busflow.wire.zenoh.network import Network, Ros2Network
@@ -23,7 +23,6 @@ from busflow.wire.zenoh.session import open_remote, require_zenoh
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.network import NetworkAddress
-    from busflow.launchfile.model.ros2 import Ros2Spec
 
 
 def with_ros2(spec: Ros2Spec, linked: Network | None) -> Network | None:

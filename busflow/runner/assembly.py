@@ -17,21 +17,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from busflow import timeouts
-from busflow.clock import SimClock
+from busflow.clock import Clock, SimClock
 from busflow.errors import ExitCode, IncompleteRecording, NodeFailed, ProgramFailed, Stray
 from busflow.launchfile.model.description import ClockMode, LaunchDescription
 from busflow.launchfile.model.placement import Placement, ProcessLayout, placed
-from busflow.launchfile.model.ros2 import Ros2Transport
-from busflow.runner.graph import Graph, described, is_simulated
+from busflow.launchfile.model.ros2 import Ros2Spec, Ros2Transport
+from busflow.runner.graph import Graph, Wanted, What, described, is_simulated
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.source import Source
 
 if TYPE_CHECKING:
     from busflow.bus.dispatcher import Chooser
-    from busflow.clock import Clock
-    from busflow.launchfile.model.ros2 import Ros2Spec
     from busflow.log import Sink
-    from busflow.runner.graph import Wanted, What
     from busflow.runner.loops.system import LoopFactory
     from busflow.runner.loops.virtual import VirtualLoop
     from busflow.runner.planning.preflight import Plan

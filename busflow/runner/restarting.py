@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, TypeVar
 import anyio
 
 from busflow import timeouts
-from busflow.launchfile.model.supervision import Condition, Restart
+from busflow.launchfile.model.supervision import Condition, Restart, RestartPolicy
 from busflow.node.supervision import Backoff
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
-    from busflow.launchfile.model.supervision import RestartPolicy
     from busflow.log import Logger
 
 S = TypeVar("S", bound=StrEnum)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from busflow.bus.bus import BusObserver
+from busflow.bus.bus import Bus, BusObserver
 from busflow.bus.endpoint import LOG_NODE, ROSOUT, Endpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability, QoS
@@ -19,7 +19,6 @@ from busflow.log import LEVELS, Log, LogRecord, values_text
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Bus
     from busflow.bus.subscription import Subscription
     from busflow.msgs.rcl_interfaces import Log as LogMessage
 

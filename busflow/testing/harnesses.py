@@ -34,16 +34,13 @@ from busflow.log import LogRecord
 from busflow.node.declarations import checked_name
 from busflow.node.node import Node, runtime_of
 from busflow.runner.assembly import Given, Kind, Run
-from busflow.runner.graph import What
+from busflow.runner.graph import Graph, Wanted, What
 from busflow.runner.loops.stalls import waiting
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.simulation import TOPIC as CLOCK
 from busflow.runner.simulation import Following
 from busflow.testing.link_faults import Faults
 from busflow.text import did_you_mean
-
-if TYPE_CHECKING:
-    from busflow.runner.graph import Graph, Wanted
 
 
 @dataclass(frozen=True, slots=True)

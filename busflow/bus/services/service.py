@@ -9,18 +9,15 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import Any, Generic, TypeVar, cast
 
 from busflow.bus.delivery import DeliverySource
 from busflow.bus.services.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle, waited
 from busflow.bus.statistics import ClientStatistics, ServerStatistics, ServiceStatistics
-from busflow.clock import NS_PER_S
+from busflow.clock import NS_PER_S, Clock
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
 from busflow.interfaces.message import ServiceType, type_name
 from busflow.text import did_you_mean
-
-if TYPE_CHECKING:
-    from busflow.clock import Clock
 
 S = TypeVar("S", ServerStatistics, ClientStatistics)
 

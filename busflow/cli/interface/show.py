@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -18,11 +18,8 @@ from busflow.definitions.definition import Kind, kind_of
 from busflow.definitions.folders import library, name_folders, named_folders
 from busflow.errors import BusflowError, NoSuchTarget
 from busflow.interfaces.encoding.builtin_types import Comments, builtin_types
-from busflow.interfaces.encoding.description import assemble, types_in
+from busflow.interfaces.encoding.description import IndividualDescription, TypeDescription, assemble, types_in
 from busflow.text import did_you_mean, printable
-
-if TYPE_CHECKING:
-    from busflow.interfaces.encoding.description import IndividualDescription, TypeDescription
 
 _WHOLES = {"_SendGoal": "request", "_GetResult": "response", "_FeedbackMessage": ""}
 """The types of a run in which the parts of an action are: goal, result and feedback."""

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -19,15 +19,12 @@ from busflow.launchfile.model.supervision import Supervision
 from busflow.log import Log
 from busflow.node.declarations import ClientDeclaration, PublisherDeclaration, PullDeclaration
 from busflow.node.handlers import Handler, ServiceRole, SubscriptionRole, declarations_of
-from busflow.node.node import default_name, parameters_class
+from busflow.node.node import Node, default_name, parameters_class
 from busflow.node.parameters import ParameterInfo, describe
 from busflow.node.plugins import load
 from busflow.runner.planning.preflight import Preflight, problem_in_code
 from busflow.text import printable
 from busflow.validation.tracebacks import shown
-
-if TYPE_CHECKING:
-    from busflow.node.node import Node
 
 _OF_SERVICES = ("serves", "calls")
 

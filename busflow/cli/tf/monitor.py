@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -12,10 +12,7 @@ from busflow.cli.terminal.output import print_answer, print_problems
 from busflow.cli.terminal.table import Column, print_table
 from busflow.cli.tf.source import gathered, of_run_or_bag
 from busflow.errors import ExitCode
-from busflow.frames.seen import shown_publishers
-
-if TYPE_CHECKING:
-    from busflow.frames.seen import SeenFrames
+from busflow.frames.seen import SeenFrames, shown_publishers
 
 _EXAMPLES = """\b
 Examples:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from busflow.cli.terminal.field_paths import shape_at
+from busflow.cli.terminal.field_paths import Shape, shape_at
 from busflow.clock import NS_PER_S
 from busflow.errors import InvalidInput, MalformedMessage, Problem
 from busflow.launchfile.yaml.document import parse
 from busflow.launchfile.yaml.value import Value
 
 if TYPE_CHECKING:
-    from busflow.cli.terminal.field_paths import Shape
     from busflow.interfaces.encoding.foreign import ForeignType
 
 _LABEL = "VALUES"

@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from busflow.bus.names import resolve
-from busflow.errors import IncompleteRecording
+from busflow.errors import IncompleteRecording, Problem
 from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.model.supervision import RestartPolicy, Supervision
 from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath, Value
 
 if TYPE_CHECKING:
     from busflow.bus.qos import QoS
-    from busflow.errors import Problem
     from busflow.launchfile.model.network import NetworkSpec
     from busflow.launchfile.model.ros2 import Ros2Spec
 

@@ -20,7 +20,7 @@ from busflow.bus.topic_origins import Origins
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
 from busflow.node import parameter_messages
-from busflow.node.parameter_store import ParameterChange
+from busflow.node.parameter_store import ParameterChange, ParameterStore, SetResult
 from busflow.recording.recorder.channels import Track, Tracks
 from busflow.recording.recorder.ticks import TICKS, tick_message
 from busflow.runner.rosout import log_message
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec
     from busflow.log import LogRecord
-    from busflow.node.parameter_store import ParameterStore, SetResult
     from busflow.node.parameters import Parameters
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
     from busflow.bus.qos import QoS
     from busflow.interfaces.encoding.foreign import ForeignType
-    from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.interfaces.message import Message
     from busflow.recording.recorder.recording_file import RecordingFile
     from busflow.recording.recorder.spool import Spool

@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.recording.bag.facts import NONE_LATER, PART
 from busflow.recording.mcap.writer import McapWriter, Payload
-from busflow.recording.recorder.destination import new_recording
+from busflow.recording.recorder.destination import Destination, new_recording
 from busflow.recording.recorder.provenance import MetadataRecord, facts, launch_files, ledger, library
 
 if TYPE_CHECKING:
     from busflow.bus.qos import QoS
     from busflow.launchfile.model.description import Compression, RecordSpec, Split
-    from busflow.recording.recorder.destination import Destination
     from busflow.runner.graph import Graph
 
 MOST_PARTS = 10_000

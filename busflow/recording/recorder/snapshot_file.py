@@ -5,23 +5,19 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow import timeouts
-from busflow.recording.recorder.channels import Announcer
-from busflow.recording.recorder.recording_file import RecordingFile, part_metadata
+from busflow.recording.recorder.channels import Announcer, Track, Tracks
+from busflow.recording.recorder.recording_file import MakeFile, RecordingFile, part_metadata
 from busflow.recording.recorder.spool import MOST_BYTES, Spool, reason_of
 from busflow.runner.report import SnapshotReport
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from busflow.recording.recorder.channels import Track, Tracks
     from busflow.recording.recorder.last_moments import Kept, LastMoments
-    from busflow.recording.recorder.recording_file import MakeFile
 
 
 class SnapshotFile:

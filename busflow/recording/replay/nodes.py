@@ -16,7 +16,7 @@ from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.node import plugins
 from busflow.node.factory import NodeFactory
 from busflow.node.node import Node, parameters_class
-from busflow.node.parameters import ParameterInfo, describe, grouped, value_of
+from busflow.node.parameters import ParameterInfo, Parameters, describe, grouped, value_of
 from busflow.runner.graph import What, described
 from busflow.runner.planning.preflight import PlannedNode, Preflight
 from busflow.text import did_you_mean
@@ -24,7 +24,6 @@ from busflow.text import did_you_mean
 if TYPE_CHECKING:
     from busflow.clock import Clock
     from busflow.log import Log
-    from busflow.node.parameters import Parameters
 
 Recorded = Mapping[str, Mapping[str, object]]
 """By a node's full name, its parameters when the recording began."""

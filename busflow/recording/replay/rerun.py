@@ -18,7 +18,7 @@ from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.clock import Duration, Time
 from busflow.errors import BagError, BusflowError, NodeFailed
 from busflow.interfaces.encoding.typesupport import TypeSupport
-from busflow.interfaces.message import type_name
+from busflow.interfaces.message import Message, type_name
 from busflow.node.node import runtime_of
 from busflow.recording.recorder.ticks import TICKS
 from busflow.recording.replay.calls import Calls, plain_of
@@ -32,7 +32,6 @@ from busflow.text import counted
 if TYPE_CHECKING:
     from busflow.bus.publisher import Publisher
     from busflow.bus.subscription import Subscription
-    from busflow.interfaces.message import Message
     from busflow.recording.bag.bag import Bag
     from busflow.recording.bag.channel import Channel, Entry
     from busflow.runner.graph import Graph

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from busflow.errors import BagError, MalformedMessage
 from busflow.recording.tools.message_diff import Comparison, FieldDifference
-from busflow.recording.tools.pairs import LetGo, Pairs
+from busflow.recording.tools.pairs import LetGo, Pairs, Side
 
 if TYPE_CHECKING:
     from busflow.recording.bag.bag import Bag
     from busflow.recording.bag.channel import Channel, Entry
-    from busflow.recording.tools.pairs import Side
 
 _MOST_FIELDS = 8
 """Differences within a message that are kept."""

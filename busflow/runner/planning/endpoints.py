@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from busflow.actions.names import SEND_GOAL, action_of, action_type_of
-from busflow.bus.endpoint import UNANNOUNCED
+from busflow.bus.endpoint import UNANNOUNCED, Endpoint, ServiceEndpoint
 from busflow.bus.names import resolve
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.errors import Problem, Severity
@@ -17,7 +17,6 @@ from busflow.runner.planning.stated_qos import StatedQoS, type_place
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
-    from busflow.bus.endpoint import Endpoint, ServiceEndpoint
     from busflow.launchfile.model.description import TopicSpec
     from busflow.runner.planning.planned_node import PlannedNode
 

@@ -21,7 +21,7 @@ from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.model.placement import for_machine, unused_places
 from busflow.launchfile.model.problems import in_order, parameter_problems, problem_at
 from busflow.launchfile.model.supervision import Supervision
-from busflow.launchfile.yaml.value import StatedBy
+from busflow.launchfile.yaml.value import Origin, StatedBy
 from busflow.node import plugins
 from busflow.node.context import Surroundings
 from busflow.node.factory import NodeFactory
@@ -35,7 +35,6 @@ from busflow.validation.tracebacks import user_line
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
-    from busflow.launchfile.yaml.value import Origin
     from busflow.log import Log
 
 T = TypeVar("T")
