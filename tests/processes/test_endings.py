@@ -104,3 +104,16 @@ def test_forked_process_does_not_delay_the_end(leaving):
     (left,) = [each for each in run.report()["processes"] if each["name"] == "left"]
     assert (left["state"], left["fates"]) == ("ended", [])
     assert not [line for line in run.lines if "in time" in line]
+
+
+NOTED = """
+nodes: {noting: {plugin: noting, process: left}}
+processes: {left: }
+record: {to: notes_of_all}
+"""
+
+
+def test_recording_of_a_worker_ends_before_its_link(start, project):
+    assert start(NOTED, "--for", "300ms").end(None) == 0
+    notes = (project / "notes").read_text().splitlines()
+    assert notes == ["_Part begin", "Recorder begin", "Recorder end", "_Part end"]
