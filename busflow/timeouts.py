@@ -129,10 +129,6 @@ class Timeouts(NamedTuple):  # a dataclass of so many fields takes 2 ms to make,
     """
     departure: float = 0.05
     """Wait before a publisher is removed after its token's end: its last messages may still be in the buffer."""
-    slow_reader: float = 0.3
-    """Wait of a message in shared memory for readers that are behind. No message waits for a reader that reads nothing
-    in this time, until that reader has caught up.
-    """
     held_messages: float = 1.0
     """Answer of a process whose loop is blocked, when it is asked for the messages that it holds back."""
     kept_messages: float = 2.0

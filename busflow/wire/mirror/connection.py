@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from busflow.log import Logger
     from busflow.wire.line.lines import Lines
     from busflow.wire.queries.queries import Supports
-    from busflow.wire.shared_memory.arena import Arenas
-    from busflow.wire.shared_memory.neighbours import MemoryNeighbours
     from busflow.wire.zenoh.sender import SenderThread
 
 
@@ -37,10 +35,6 @@ class Connection:
     replier: SenderThread
     """A second such thread for calls and answers: they do not wait behind images for a reader that has stopped."""
     log: Logger
-    arenas: Arenas
-    """The memory into which this process's publishers write large messages."""
-    neighbours: MemoryNeighbours
-    """The sessions that can read it."""
     on_loop: Callable[..., None]
     """Runs a function on the event loop, from any thread."""
     lines: Lines | None = None

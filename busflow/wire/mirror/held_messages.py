@@ -16,7 +16,7 @@ from busflow.wire.zenoh.keys import QUERY_PREFIX
 from busflow.wire.zenoh.sender import DEPTH, MOST_BYTES
 
 if TYPE_CHECKING:
-    from busflow.wire.mirror.burst import Signed
+    from busflow.wire.line.packets import Signed
     from busflow.wire.mirror.connection import Connection
 
 

@@ -1,9 +1,7 @@
 """Inlet: brings one topic's messages from other processes onto the event loop.
 
-A ring buffer takes the arriving messages. If the loop is too busy to empty it, the buffer drops its oldest message; it
-never blocks the link, which other topics share. The inlet's thread waits for the first message and wakes the loop. The
-loop then empties the buffer by itself, and the thread does nothing until the buffer is empty. If the thread passed on
-every message, both would spend most of their time on the interpreter's lock (26 µs a message, against 6 µs).
+Volatile publishers of a session to which there is a line are received by it, and all others through Zenoh, as soon as
+there is one. Both kinds of messages meet in one buffer.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -12,7 +10,6 @@ every message, both would spend most of their time on the interpreter's lock (26
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
@@ -20,29 +17,31 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 import zenoh
-import zenoh.ext
 
 from busflow import timeouts
 from busflow.bus.dispatcher import QUANTUM
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.publisher import Publisher
-from busflow.bus.qos import Durability
+from busflow.bus.qos import Durability, Overflow
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
-from busflow.wire.mirror.arrival_buffer import CHUNK, ArrivalBuffer, Arrived, is_large
+from busflow.wire.line.packets import Reason, Wanted
+from busflow.wire.mirror.arrival_buffer import CHUNK, ArrivalBuffer, Arrived, Payload, is_large
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.connection import decoded
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
-from busflow.wire.shared_memory.place import MemoryPlace
-from busflow.wire.shared_memory.reader import MemoryReader
-from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, GID_AT, SEQUENCE, Attachment, Token
+from busflow.wire.mirror.zenoh_feed import ZenohFeed
+from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token
 from busflow.wire.zenoh.qos_text import as_qos, from_text
 from busflow.wire.zenoh.sender import LARGEST
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from busflow.bus.subscription import Subscription
     from busflow.bus.topic import Topic
     from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.wire.line import intake as line
     from busflow.wire.mirror.connection import Connection
 
 _RING = 256
@@ -73,36 +72,100 @@ class Inlet:
         self.received: int = 0
         self.losses: Counter[str] = topic.losses
         self._topic, self._support, self._bus = topic, connection.supports(topic.type), connection.bus
-        self._log, self._on_loop, self._neighbours = connection.log, connection.on_loop, connection.neighbours
+        self._log, self._on_loop, self._connection = connection.log, connection.on_loop, connection
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
         """By gid, the publishers that keep nothing for late joiners and whose messages do not expire."""
-        self._memories: dict[bytes, MemoryReader] = {}
-        """By gid, what reads the messages that a publisher writes into shared memory."""
+        self._by_line: dict[bytes, str] = {}
+        """By gid, the session of each publisher that is received by a line."""
+        self._intakes: dict[str, line.Intake] = {}
         self._ignored: set[bytes] = set()
         self._leaving: set[bytes] = set()
         self._arrivals = arrivals
-        self._emptied = threading.Lock()
-        """Held, but released for a moment when the loop hands the buffer back to the thread."""
-        self._emptied.acquire()
         self._emptying = self._closed = False
         self._feeder: asyncio.Task[None] | None = None
-        session, support = connection.session, self._support
-        self._session = str(session.info.zid())
         # Nodes of ROS 2 Humble have no hash in their keys. What comes under another hash is of a refused publisher.
-        key = connection.key(topic.name, support, "*" if connection.describes_types else "")
+        self._key = connection.key(topic.name, self._support, "*" if connection.describes_types else "")
         kept = [each.endpoint.qos for each in topic.subscriptions]
-        latched = max((qos.depth for qos in kept if qos.latched), default=0)
-        depth = _ring(topic, support)
-        ring = zenoh.handlers.RingChannel(depth)
-        self._subscriber: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
-        self._late_joiners = LateJoiners(topic, key, self._publishers, connection, numbers=arrivals, asked=latched)
-        # Its handler waits in its place: it could not be undeclared during its own recv().
-        self._buffer = ArrivalBuffer(
-            self._subscriber.handler, depth, support.most_bytes, on_malformed=self._discard, on_heavy=self._warn
+        self._latched = max((qos.depth for qos in kept if qos.latched), default=0)
+        """How many kept messages the feed asks of each publisher."""
+        self._late_joiners = LateJoiners(
+            topic, self._key, self._publishers, connection, numbers=arrivals, asked=self._latched
         )
-        self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
-        self._thread.start()
+        self._depth = _ring(topic, self._support)
+        self._buffer = ArrivalBuffer(self._depth, self._support.most_bytes, by_line=self._by_line, on_heavy=self._warn)
+        self._feed: ZenohFeed | None = None
+        """Brings what comes through Zenoh, while some publisher is not received by a line."""
+        if connection.describes_types:
+            self._subscribe()
+
+    # The ways of the messages.
+
+    def _subscribe(self) -> None:
+        """Receive through Zenoh from now on."""
+        if self._feed is None and not self._closed:
+            self._feed = ZenohFeed(
+                self._connection.session,
+                self._key,
+                self._buffer,
+                depth=self._depth,
+                latched=self._latched,
+                on_sample=partial(self._on_loop, self._empty),
+            )
+
+    def _unsubscribe(self) -> None:
+        """Receive through Zenoh no more; nodes of ROS 2 may publish before their token is known here."""
+        if self._feed is not None and (self._closed or not self._connection.describes_types):
+            self._feed.close()
+            self._feed = None
+
+    def _follow(self, session: str) -> bool:
+        """Receive the topic from a session by a line; return whether there is one."""
+        lines = self._connection.lines
+        if lines is not None and session not in self._intakes:
+            key = self._connection.key(self._topic.name, self._support)
+            take, on_end = partial(self._arrive, session), partial(self._line_ended, session)
+            intake = lines.receive(session, key, self._wanted, take, on_end)
+            if intake is not None:
+                self._intakes[session] = intake
+        return session in self._intakes
+
+    def suit(self) -> None:
+        """Let the senders keep as much as the deepest queue here does, since subscriptions have come or gone."""
+        for intake in self._intakes.values():
+            intake.change(self._wanted)
+
+    @property
+    def _wanted(self) -> Wanted:
+        """What the deepest queue keeps; a tap, e.g. of a recording, takes as much as it can."""
+        topic = self._topic
+        depth, overflow = max(
+            ((each.endpoint.qos.depth, each.endpoint.qos.overflow) for each in topic.subscriptions),
+            default=(1, Overflow.DROP_OLDEST),
+        )
+        least = max(topic.keeps_newest or 0, self._depth if topic.taps else 0)
+        keeps_oldest = overflow is Overflow.DROP_NEWEST
+        return Wanted(max(depth, least), overflow if keeps_oldest else Overflow.DROP_OLDEST)
+
+    def _arrive(self, session: str, arrived: Sequence[line.Arrived]) -> None:
+        """Take in the messages of an intake, and begin to publish them."""
+        if not self._closed and session in self._intakes:
+            self._buffer.put(arrived, self._intakes[session])
+            self._empty()
+
+    def _line_ended(self, session: str) -> None:
+        """Receive by another line at once; else through Zenoh, if the session has not ended with the line."""
+        self._intakes.pop(session, None)
+        if not self._closed and not self._follow(session):
+            asyncio.get_running_loop().call_later(timeouts.current.departure, self._leave_line, session)
+
+    def _leave_line(self, session: str) -> None:
+        left = [gid for gid, each in self._by_line.items() if each == session and gid not in self._leaving]
+        if left and not self._closed and session not in self._intakes:
+            self._log.info(f"{self._topic.name} comes through Zenoh from now on: the line of its publisher has ended")
+            for gid in left:
+                del self._by_line[gid]
+            self._subscribe()
 
     # Remote publishers.
 
@@ -114,6 +177,10 @@ class Inlet:
             publisher: Publisher[Any] = Publisher(self._topic.type, endpoint)
             self._bus.attach_publisher(publisher)
             self._publishers[token.gid] = publisher
+            if not endpoint.qos.latched and self._follow(token.session):
+                self._by_line[token.gid] = token.session
+            else:
+                self._subscribe()
             if not publisher.perishable and endpoint.qos.durability is Durability.VOLATILE:
                 self._plain[token.gid] = publisher
             self._late_joiners.ask_publisher(token.gid, self._arrivals.come(token.gid))
@@ -160,10 +227,16 @@ class Inlet:
     def _expel(self, gid: bytes) -> None:
         publisher = self._publishers.pop(gid, None)
         self._plain.pop(gid, None)
-        self._memories.pop(gid, None)
+        session = self._by_line.pop(gid, "")
+        if session in self._intakes and session not in self._by_line.values():
+            intake = self._intakes.pop(session)
+            self._buffer.discard(intake)
+            intake.close()
         self._late_joiners.forget(gid)
         if publisher is not None:
             publisher.close()
+        if self._feed is not None and self._publishers and self._publishers.keys() <= self._by_line.keys():
+            self._unsubscribe()
 
     @property
     def is_unused(self) -> bool:
@@ -176,42 +249,32 @@ class Inlet:
         if self._feeder is not None:
             self._feeder.cancel()
         self._late_joiners.close()
-        self._subscriber.undeclare()
-        self._resume_thread()
-        self._thread.join(timeouts.current.inlet_end)
+        self._unsubscribe()
         for gid in tuple(self._publishers):
             self._expel(gid)
 
     # Arriving messages.
 
-    def _watch(self) -> None:
-        """Wait for a message, then for the loop to empty the buffer, and so on; runs in the inlet's own thread."""
-        try:
-            while not self._closed:
-                self._buffer.wait()
-                self._on_loop(self._begin)
-                while not self._emptied.acquire(timeout=timeouts.current.busy_loop):
-                    self._buffer.fill()
-        except zenoh.ZError:
-            pass  # the subscriber was undeclared, which ends a waiting recv()
-
     def _warn(self) -> None:
         what = f"messages on {self._topic.name} from other processes are dropped"
         self._on_loop(self._log.warning, f"{what}: more than {LARGEST >> 20} MiB of them wait")
 
-    def _resume_thread(self) -> None:
+    def _pause(self) -> None:
+        """Note that all that had come is published."""
         self._emptying = False
-        if self._emptied.locked():
-            self._emptied.release()
+        if self._feed is not None:
+            self._feed.resume()
 
-    def _begin(self) -> None:
-        self._emptying = True
-        self._go_on()
+    def _empty(self) -> None:
+        """Begin to publish what is in the buffer, unless that goes on already."""
+        if not self._emptying:
+            self._emptying = True
+            self._go_on()
 
     def _go_on(self) -> None:
         if self._topic.blocking:
             name = f"busflow.inlet.{self._topic.name}"
-            self._feeder = asyncio.get_running_loop().create_task(self._feed(), name=name)
+            self._feeder = asyncio.get_running_loop().create_task(self._send_all(), name=name)
         else:
             self._take()
 
@@ -224,7 +287,7 @@ class Inlet:
         started, handled, is_empty = dispatcher.now(), 0, False
         try:
             while True:
-                buffer.fill()
+                self._fill()
                 if len(buffer) > 1:
                     self._skip_overflow()
                 waiting = len(buffer)
@@ -235,13 +298,18 @@ class Inlet:
                     break
                 handled += QUANTUM if is_large(batch[-1]) else len(batch)
                 dispatcher.run_now(partial(self._publish, batch))
+                buffer.acknowledge()
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
                     break  # a queue that is not empty now is read by a task, which needs the loop
         finally:  # if one message raises, the others are published all the same
             if is_empty or self._closed:
-                self._resume_thread()
+                self._pause()
             else:
                 asyncio.get_running_loop().call_later(0, self._go_on)  # after all timers that are due
+
+    def _fill(self) -> None:
+        if self._feed is not None and self._feed.waits:  # else its thread has the next sample
+            self._buffer.fill()
 
     def _skip_overflow(self) -> None:
         """Count the messages that every queue would drop at once, instead of decoding them."""
@@ -249,6 +317,7 @@ class Inlet:
         if keep is None or len(self._buffer) <= keep:
             return
         skipped = self._buffer.skip(keep, self._plain)
+        self._buffer.acknowledge()
         self.received += len(skipped)
         signed = [(attachment[GID_AT:], *SEQUENCE.unpack_from(attachment)) for attachment in skipped]
         for gid, count in Counter(gid for gid, sequence in signed if self._note(gid, sequence)).items():
@@ -256,23 +325,24 @@ class Inlet:
 
     def _note(self, gid: bytes, sequence: int, *, ordered: bool = False) -> bool:
         """Record a message; return False if it is not to be published."""
-        overflowed = self._publishers.get(gid) if self._buffer.has_dropped else None
+        overflowed = self._publishers.get(gid) if self._buffer.has_dropped or gid in self._by_line else None
         return self._arrivals.note(gid, sequence, ordered=ordered, overflowed=overflowed)
 
-    async def _feed(self) -> None:
+    async def _send_all(self) -> None:
         """Publish as fast as the nodes accept messages; if that is too slow, the buffer drops its oldest."""
         try:
             while not self._closed:
-                self._buffer.fill()
+                self._fill()
                 if not (batch := self._buffer.take(1)):
                     break
                 for payload, signature in batch:
                     if (arrival := self._read(payload, signature)) is not None:
                         await self._send(*arrival)
+                self._buffer.acknowledge()
                 await asyncio.sleep(0)
         finally:
             self._feeder = None
-            self._resume_thread()
+            self._pause()
 
     def _publish(self, batch: list[Arrived]) -> None:
         """Publish the messages of a batch; the handlers run after this returns.
@@ -300,7 +370,17 @@ class Inlet:
             except (WouldBlock, NotRunning) as error:  # the error cannot reach the remote publisher: it is only counted
                 self._refuse(error)
 
-    def _publish_carefully(self, payload: bytes | zenoh.ZBytes, signature: bytes) -> None:
+    def _note_dropped(self, reason: Reason, newest: Attachment) -> None:
+        """Count the messages that a sender dropped after the last one that has arrived."""
+        publisher, last = self._publishers.get(newest.gid), self._arrivals.last.get(newest.gid, newest.sequence)
+        if publisher is not None and newest.sequence > last:
+            self._arrivals.last[newest.gid] = newest.sequence
+            if reason is Reason.END:
+                self.losses["lost"] += newest.sequence - last
+            else:
+                self._topic.count_overflow(publisher, newest.sequence - last)
+
+    def _publish_carefully(self, payload: Payload, signature: bytes) -> None:
         """Publish a message of any publisher, after all checks."""
         if (arrival := self._read(payload, signature)) is not None:
             publisher, message = arrival
@@ -324,35 +404,22 @@ class Inlet:
         if self.losses["refused"] == 1:
             self._log.warning(f"a message on {self._topic.name} from another process is refused: {error}")
 
-    def _read(self, payload: bytes | zenoh.ZBytes, signature: bytes) -> tuple[Publisher[Any], Message] | None:
+    def _read(self, payload: Payload, signature: bytes) -> tuple[Publisher[Any], Message] | None:
         """Return the publisher and the message; None if the message is not to be published."""
+        if isinstance(payload, Reason):
+            self._note_dropped(payload, Attachment.decode(signature))
+            return None
         self.received += 1
         try:
-            # A place may be overwritten soon, so it is read before anything else.
-            found = self._fetched(signature) if len(signature) > ATTACHMENT_BYTES else payload
-            publisher = self._publisher_of(signature[:ATTACHMENT_BYTES])
+            publisher = self._publisher_of(signature)
             if publisher is None:
                 return None
-            if isinstance(found, zenoh.ZBytes):
-                return publisher, decoded(found, self._support)
-            if found is not None:
-                return publisher, self._support.decode(found)
-            self.losses["lost"] += 1
+            if isinstance(payload, zenoh.ZBytes):
+                return publisher, decoded(payload, self._support)
+            return publisher, self._support.decode(payload)
         except MalformedMessage as error:
             self._discard(error)
         return None
-
-    def _fetched(self, signature: bytes) -> bytes | None:
-        """Return a message from the place behind its attachment; None if it is there no more."""
-        place, gid = MemoryPlace.decode(signature[ATTACHMENT_BYTES:]), signature[GID_AT:ATTACHMENT_BYTES]
-        reader = self._memories.get(gid) or MemoryReader(self._session)
-        if gid in self._publishers:
-            self._memories[gid] = reader
-        try:
-            return reader.read(place)
-        except OSError as error:
-            self._neighbours.withdraw(error)
-            return None
 
     def _discard(self, error: MalformedMessage) -> None:
         self.losses["malformed"] += 1
@@ -401,20 +468,3 @@ def _ring(topic: Topic[Any], support: TypeSupport) -> int:
     """Return the size of the buffer: the default or, up to a limit, the depth of the deepest subscription."""
     deepest = max((each.endpoint.qos.depth for each in topic.subscriptions), default=1)
     return min(max(deepest, _BULKY_RING if support.is_bulky else _RING), _MOST_RING)
-
-
-def _plain(session: zenoh.Session, key: str, ring: Any) -> Any:
-    """Declare a subscription for messages, and for places in shared memory, in one ring that keeps them in order."""
-    return session.declare_subscriber(f"{key}/**", ring, allowed_origin=zenoh.Locality.REMOTE)
-
-
-def _latched(session: zenoh.Session, key: str, ring: Any, depth: int) -> Any:
-    """Declare a transient_local subscription as `rmw_zenoh` does."""
-    return zenoh.ext.declare_advanced_subscriber(
-        session,
-        key,
-        ring,
-        allowed_origin=zenoh.Locality.REMOTE,
-        history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth),
-        recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
-    )

@@ -202,7 +202,7 @@ def _history(graph: Graph) -> Mapping[str, int]:
 
 def _line_directory(graph: Graph, directory: Path) -> Path | None:
     """Return the run's directory if its processes send each other messages by lines, whose sockets lie there."""
-    return directory if graph.descriptions and all(each.line for each in graph.descriptions) else None
+    return directory if all(each.line for each in graph.descriptions) else None
 
 
 def _version() -> str:

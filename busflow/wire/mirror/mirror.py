@@ -36,8 +36,6 @@ from busflow.wire.mirror.token_intake import TokenIntake
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
 from busflow.wire.queries.server import Question, QuestionServer
-from busflow.wire.shared_memory.arena import Arenas
-from busflow.wire.shared_memory.neighbours import MemoryNeighbours
 from busflow.wire.zenoh.keys import GRAPH, HUMBLE, Token, TokenKind, split_name
 from busflow.wire.zenoh.qos_text import from_text, to_text
 from busflow.wire.zenoh.sender import SenderThread
@@ -87,22 +85,15 @@ class Mirror(BusObserver):
         self._log = graph.log.bind("busflow")
         self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # 0: a `LogBook` keeps the log's lines
         self._supports = cache(TypeSupport)
-        sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
-        arenas, neighbours = Arenas(), MemoryNeighbours(session, self._on_loop, self._suit_receivers, self._log)
         self._zid = str(session.info.zid())
         self._lines = None if lines is None else self._lines_in(lines)
-        self._connection = Connection(
-            *(graph.bus, session, self._supports, sender, replier, self._log, arenas, neighbours, self._on_loop),
-            lines=self._lines,
-            domain=card.domain,
-            describes_types=card.ros2_domain is not None,
-        )
+        self._connection = self._connected(card)
         self._intake = TokenIntake(graph.bus.dispatcher, self._on_loop, self._on_token, self._log)
         self._remote_publishers = RemotePublishers(self._connection)
         self._presence = Presence()
         self._questions = Questions(
             *(graph, card, process, self._supports, self._history, self._presence.tokens),
-            about=lambda: {"shared_memory": self._connection.arenas.capacity, **about()},
+            about=lambda: {"shared_memory": 0 if self._lines is None else self._lines.capacity, **about()},
         )
         self._node_ids: dict[str, int] = {}
         self._ids = 0
@@ -115,6 +106,14 @@ class Mirror(BusObserver):
         self._service_events = ServiceEvents(self._connection)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._declared: list[Any] = []
+
+    def _connected(self, card: RunCard) -> Connection:
+        sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
+        return Connection(
+            *(self._graph.bus, self._session, self._supports, sender, replier, self._log, self._on_loop, self._lines),
+            domain=card.domain,
+            describes_types=card.ros2_domain is not None,
+        )
 
     def begin(self) -> None:
         """Show the nodes, and from now on every new endpoint; called before the first endpoint is attached."""
@@ -137,7 +136,6 @@ class Mirror(BusObserver):
             self._intake.take(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
         self._graph.rosout.announce(self._rosout_durability())
-        self._connection.neighbours.begin()
 
         callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         everything = f"{GRAPH}/{self._connection.domain}/**"
@@ -158,9 +156,8 @@ class Mirror(BusObserver):
         if self._loop is not None:
             bus.observers.remove(self)
         self._loop = None
-        for publisher, outlet in self._outlets.items():
+        for publisher in self._outlets:
             publisher.send_through(None)
-            outlet.flush()
         self._history.close()
         self._questions.close()
         self._connection.finish()
@@ -364,15 +361,11 @@ class Mirror(BusObserver):
             if (outlet := self._outlets.get(cast("Publisher[Any]", end))) is not None:
                 outlet.expect(depth)
 
-    def _suit_receivers(self, topic: str | None = None) -> None:
-        """Let the publishers of a topic, or of all topics, send in those ways that suit its receivers.
-
-        They use shared memory if all can read that, and the keys of ROS 2 Humble if one is of it.
-        """
+    def _suit_receivers(self, topic: str) -> None:
+        """Let a topic's publishers send under the keys of ROS 2 Humble too while nodes of it receive the topic."""
+        receivers = self._presence.receivers(topic)
         for end, outlet in self._outlets.items():
-            if topic in (None, end.topic):
-                receivers = self._presence.receivers(end.topic)
-                outlet.share(self._connection.neighbours.all_or_none({each.session for each in receivers}))
+            if end.topic == topic:
                 type_name = self._supports(end.type).name
                 outlet.reach_humble(is_there=any(each.has_type(type_name, HUMBLE) for each in receivers))
 

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -20,10 +20,8 @@ from busflow.bus.statistics import EARLY, UNSENT
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
 from busflow.wire.line.arena import Pieces
-from busflow.wire.mirror.burst import BurstSender
 from busflow.wire.mirror.held_messages import HeldMessages
-from busflow.wire.shared_memory.writer import MemoryWriter
-from busflow.wire.zenoh.keys import HUMBLE, Token, attachment_bytes, burst_key, memory_key
+from busflow.wire.zenoh.keys import HUMBLE, Token, attachment_bytes
 from busflow.wire.zenoh.sender import LARGE, LARGEST
 
 if TYPE_CHECKING:
@@ -44,10 +42,12 @@ class Outlet:
     The messages of a transient_local publisher are sent without a subscriber too: Zenoh keeps the last ones, as bytes,
     for late joiners.
 
-    The event loop sends small messages with Zenoh's usual priority. With its first large message an outlet changes to
-    the next lower priority, which only the sender's thread uses, and keeps it for all later messages, so that they stay
-    in order. Zenoh sends the higher priority first, and the loop never waits behind a message of many pieces. From then
-    on messages are encoded in pieces while all subscribers can read shared memory: arrays are copied once, into it.
+    Those of a volatile publisher go by the lines to all that receive its key there, and by Zenoh while others
+    subscribe. From the first large message on, they are encoded in pieces: arrays are copied once, into shared memory.
+
+    The event loop gives small messages to Zenoh with its usual priority. With its first large message an outlet changes
+    to the next lower priority, which only the sender's thread uses, and keeps it for all later messages, so that they
+    stay in order. Zenoh sends the higher priority first, and the loop never waits behind a message of many pieces.
 
     A process opens its inlet when it sees a topic's first publisher. So the outlet holds the first messages of a new
     publisher, and those published after the topic's first subscription has come, until every process has admitted the
@@ -55,9 +55,7 @@ class Outlet:
     """
 
     _zenoh_publisher: _ZenohPublisher
-    _places: zenoh.Publisher | None
-    """Sends the places of messages in shared memory, while messages are encoded in pieces."""
-    _burst_publisher: zenoh.Publisher | None
+    _held: HeldMessages | None
     _humble: _ZenohPublisher | None
     """Sends each message once more while a node of ROS 2 Humble subscribes, whose keys have no hash of the type."""
 
@@ -87,29 +85,24 @@ class Outlet:
         self.key: str = connection.key(publisher.topic, support)
         """The key under which Zenoh and the lines carry its messages."""
         self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
-        self._wanted = self._matched = self._closed = False
+        self._wanted = self._matched = self._by_zenoh = self._closed = False
         latched = publisher.endpoint.qos.latched
-        self._lines = connection.lines
-        self._routes: Sequence[Route] = ()
+        self._lines = None if latched else connection.lines
+        self._routes: Sequence[Route] = () if self._lines is None else self._lines.routes(self.key)
         """The routes of those that receive its key by a line: always the same list, which the lines keep."""
-        if self._lines is not None and not latched:
-            self._routes = self._lines.routes(self.key)
         self._room = 0 if latched else expected
         """Number of messages that may be held; 0 while none are to be held."""
         self._is_new = self._room > 0
-        self._held: HeldMessages | None = None
         self._limit = _BULKY if support.is_bulky else LARGE
         """Size from which messages count as large; 0 after the first large one, so that all do."""
         self._encode_in_pieces: Callable[[Message], list[Any]] | None = None
-        """Set with the first large message, if the type has arrays and the publisher keeps none of its messages."""
-        self._memory = MemoryWriter(connection.arenas)
-        self._places = self._burst_publisher = self._humble = None
+        """Set with the first large message, if the type has arrays."""
+        self._humble = self._held = None
         if latched:
             self._zenoh_publisher = _latched(session, self.key, publisher, support)
             self._limit = 0 if support.is_bulky else LARGE
         else:
             self._zenoh_publisher = _plain(session, self.key, publisher, zenoh.Priority.DATA)
-        self._bursts = BurstSender(self._put, self._put_burst)
         self._zenoh_publishers: list[_ZenohPublisher] = [self._zenoh_publisher]
         self._token = session.liveliness().declare_token(str(token))
         if latched:
@@ -144,11 +137,6 @@ class Outlet:
             self._room = depth
             self._install()
 
-    def share(self, sessions: Collection[str]) -> None:
-        """Use shared memory for large messages from now on, and bursts for small ones; without sessions, neither."""
-        self._memory.share(sessions)
-        self._bursts.is_allowed = bool(sessions) and not self._publisher.endpoint.qos.latched
-
     def reach_humble(self, *, is_there: bool) -> None:
         """Send each message under the key of ROS 2 Humble too while nodes of it subscribe; what is kept goes first."""
         if self._closed or is_there is (self._humble is not None):
@@ -168,15 +156,10 @@ class Outlet:
         self._publisher = publisher
         self._set_wanted(self._matched)
 
-    def flush(self) -> None:
-        """Send what waits for the end of the loop's turn."""
-        self._bursts.flush()
-
     def close(self) -> None:
         """Undeclare the publisher, once the sender has sent its last messages."""
         if self._held is not None:
             self._end_hold(all_answered=False)
-        self.flush()
         self._closed = True
         self._publisher.send_through(None)
         undeclare: Any = self._token.undeclare
@@ -185,7 +168,7 @@ class Outlet:
         # interpreter's lock. `undeclare` of one that keeps its messages holds the lock while it waits for a thread of
         # Zenoh. If that thread needs the lock to report listeners, both wait for ten seconds.
         del self._zenoh_publisher
-        self._places = self._burst_publisher = self._humble = None
+        self._humble = None
         self._zenoh_publishers.clear()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
@@ -201,14 +184,10 @@ class Outlet:
         zenoh_publisher: Any = self._zenoh_publisher
         return self._publisher.endpoint.qos.latched or zenoh_publisher.matching_status.matching
 
-    @property
-    def _by_zenoh(self) -> bool:
-        return self._matched or self._humble is not None
-
     def _set_wanted(self, matched: bool) -> None:
         if self._closed:
             return
-        self._matched = matched
+        self._matched, self._by_zenoh = matched, matched or self._humble is not None
         self._wanted = wanted = self._by_zenoh or bool(self._routes)
         if wanted and self._held is None and not self._is_new:
             self._room = 0
@@ -253,13 +232,20 @@ class Outlet:
             self._pass_on(payload, attachment, now_ns)
 
     def _encoded(self, message: Message) -> bytes | Pieces:
-        if self._encode_in_pieces is None or not (self._routes or self._memory.has_readers):
-            payload = self._support.encode(message)
-            size = len(payload)
-        else:
+        """Return a message for its ways; in pieces only where a line takes it.
+
+        Raises:
+            MalformedMessage: It cannot be encoded, or it is too large.
+        """
+        if self._encode_in_pieces is not None and self._routes:
             pieces = self._encode_in_pieces(message)
             size = sum(memoryview(piece).nbytes for piece in pieces)
             payload = Pieces(pieces, size)
+        else:
+            payload = self._support.encode(message)
+            size = len(payload)
+            if size >= LARGE and self._support.is_heavy:
+                self._encode_in_pieces = self._support.encode_in_parts
         if size > LARGEST:
             raise MalformedMessage(f"{size:,} bytes are too large a message; {LARGEST:,} may be sent")
         return payload
@@ -276,21 +262,16 @@ class Outlet:
         self.sent += 1
         if self._lines is not None and self._routes:
             self._lines.send(self.key, payload, attachment, now_ns)
-            if not self._by_zenoh:
-                return
+        if self._by_zenoh:
+            self._put(payload if isinstance(payload, bytes) else payload.joined, attachment)
+
+    def _put(self, payload: bytes, attachment: bytes) -> None:
+        """Send a whole message through Zenoh."""
         if self._humble is not None:
-            whole = payload if isinstance(payload, bytes) else payload.joined
-            self._pass_to_humble(self._humble, whole, attachment)
-        if isinstance(payload, Pieces):
-            put = partial(self._put_pieces, self._zenoh_publisher, self._places, payload, attachment)
-            if self._sender.is_idle and self._memory.is_ready(payload.size):  # nothing to wait for or to overtake
-                put()
-            else:
-                self._sender.hand(put, payload.size)
-        elif len(payload) < self._limit:
-            self._bursts.send(payload, attachment, now_ns)
+            self._pass_to_humble(self._humble, payload, attachment)
+        if len(payload) < self._limit:
+            self._put_by(self._zenoh_publisher, payload, attachment)
         else:
-            self._bursts.flush()
             self._use_lower_priority()
             self._sender.hand(partial(self._put_by, self._zenoh_publisher, payload, attachment), len(payload))
 
@@ -313,29 +294,7 @@ class Outlet:
             session, low = self._connection.session, zenoh.Priority.DATA_LOW
             self._zenoh_publisher = _plain(session, self.key, self._publisher, low)
             self._zenoh_publishers.append(self._zenoh_publisher)
-            if self._support.is_heavy:
-                self._encode_in_pieces = self._support.encode_in_parts
-                self._places = _plain(session, memory_key(self.key), self._publisher, low)
         self._limit = 0
-
-    def _put_pieces(
-        self, whole: _ZenohPublisher, places: zenoh.Publisher | None, payload: Pieces, attachment: bytes
-    ) -> None:
-        """Send a message through shared memory, or whole."""
-        place = self._memory.write(payload.pieces, payload.size) if payload.size >= LARGE else None
-        if place is None or places is None:
-            self._put_by(whole, payload.joined, attachment)
-        else:
-            self._put_by(places, b"", attachment + place.encode())
-
-    def _put_burst(self, payload: bytes, attachment: bytes) -> None:
-        if self._burst_publisher is None:
-            key, priority = burst_key(self.key), zenoh.Priority.DATA
-            self._burst_publisher = _plain(self._connection.session, key, self._publisher, priority)
-        self._put_by(self._burst_publisher, payload, attachment)
-
-    def _put(self, payload: bytes, attachment: bytes) -> None:
-        self._put_by(self._zenoh_publisher, payload, attachment)
 
     def _put_by(self, zenoh_publisher: _ZenohPublisher, payload: bytes, attachment: bytes) -> None:
         try:

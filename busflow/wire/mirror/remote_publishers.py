@@ -65,14 +65,18 @@ class RemotePublishers:
         if self._connection.describes_types:
             self._inlet(self._bus.topics[subscription.topic])
         inlet = self._inlets.get(subscription.topic)
-        if former is None and inlet is not None:
-            inlet.serve(subscription)
+        if inlet is not None:
+            inlet.suit()
+            if former is None:
+                inlet.serve(subscription)
 
     def on_subscription_end(self, topic: Topic[Any]) -> None:
         """Handle the end of a subscription: it was the topic's last, or publishers that it excluded may fit now."""
         if topic.subscriptions:
             for token in self._known_on(topic.name):
                 self._consider(token)
+            if (inlet := self._inlets.get(topic.name)) is not None:
+                inlet.suit()
         else:
             self._arrivals.pop(topic.name, None)
             if topic.name in self._inlets:

@@ -188,16 +188,6 @@ def topic_key(topic: str, type_name: str, type_hash: str, *, domain: int = DOMAI
     return f"{domain}/{topic.strip('/')}/{dds_type(type_name)}/{type_hash}"
 
 
-def memory_key(topic_key: str) -> str:
-    """Return the key under which the places of messages in shared memory travel: only processes of a run receive it."""
-    return f"{topic_key}/memory"
-
-
-def burst_key(topic_key: str) -> str:
-    """Return the key under which bursts of messages travel: only processes of a run receive it."""
-    return f"{topic_key}/burst"
-
-
 def dds_type(type_name: str) -> str:
     """Return the DDS spelling of a ROS type name.
 

@@ -14,9 +14,7 @@ from collections.abc import Callable
 from busflow import timeouts
 
 LARGE = 48 * 1024
-"""Payloads of this size and more leave through the sender, in bytes; Zenoh itself cuts payloads beyond 64 KiB. They go
-through shared memory if they can: at 32 KiB that costs as much CPU as the link (measured), at 64 KiB less.
-"""
+"""Payloads of this size and more leave through the sender, in bytes; Zenoh itself cuts payloads beyond 64 KiB."""
 DEPTH = 1024
 """Limit of the waiting calls; the oldest is dropped for a new one."""
 MOST_BYTES = 64 * 1024 * 1024

@@ -58,8 +58,9 @@ class Shown(Extension):
 async def second_process(node, log=lambda _record: None):
     """A graph of this process in the run that is there, and a function that ends its session."""
     graph = Graph((node,), sinks=(log,), embedded=True)
-    session = open_session(find_run().directory, listen="second.sock")
-    mirror = Mirror(graph, session, RunCard("second", os.getpid(), time.time_ns()), "second", {})
+    directory = find_run().directory
+    session = open_session(directory, listen="second.sock")
+    mirror = Mirror(graph, session, RunCard("second", os.getpid(), time.time_ns()), "second", {}, lines=directory)
     graph.attach(Shown(mirror))
     try:
         async with asyncio.timeout(PATIENCE_S), graph:
