@@ -1,7 +1,8 @@
 """Attacks on what crosses between the processes of a run: `python benchmarks/line_attacks.py`.
 
 - `payloads`: blobs of 40 to 100 kB with a checksum, 100,000 of them: each arrives once, whole and in order.
-- `clients`: the same with blobs of 1 to 64 bytes, while 20 commands such as `busflow topic echo` come and go.
+- `clients`: the same with 1 byte to 100 kB, small and large ones in turn, while 20 times `busflow topic echo` comes and
+  goes.
 - `kills`: blobs of 1 MB, while the process of their pusher and that of their checker are killed, 50 times each. Blobs
   are whole and in order, nobody else loses any, and the survivor knows of each death soon.
 
@@ -243,7 +244,7 @@ def kill(run: Run, process: str, restarts: int, after_s: float) -> float:
 ATTACKS: dict[str, Callable[[bool, int, bool], Found]] = {
     "payloads": lambda quick, _seed, line: flow(1000 if quick else 100_000, 40_000, 100_000, line=line),
     "clients": lambda quick, _seed, line: flow(
-        20_000 if quick else 300_000, 1, 64, line=line, clients=5 if quick else 20
+        5000 if quick else 100_000, 1, 100_000, line=line, clients=5 if quick else 20
     ),
     "kills": lambda quick, seed, line: kills(1 if quick else 50, seed, line=line),
 }

@@ -74,16 +74,13 @@ def read(pace: Pace, way: Way, seconds: float) -> Sample:
     """Have a node read for so long."""
     # The path of a socket must be short, which not every system's own folder for such files lets it be.
     with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as folder:
-        text = LAUNCH_FILE.format(
-            nodes=NODES,
-            size=pace.size,
-            rate_hz=pace.rate_hz,
-            blocks_s=pace.blocks_s,
-            seconds=seconds,
-            folder=folder,
-            **way.keys,
-        )
-        return run_launch_file(Path(folder), text)
+        return run_launch_file(Path(folder), launch_file(pace, way, seconds, Path(folder)))
+
+
+def launch_file(pace: Pace, way: Way, seconds: float, folder: Path) -> str:
+    """Two nodes in two processes; one writes into the folder what it has read for so long."""
+    paced = {"size": pace.size, "rate_hz": pace.rate_hz, "blocks_s": pace.blocks_s}
+    return LAUNCH_FILE.format(nodes=NODES, seconds=seconds, folder=folder, **paced, **way.keys)
 
 
 QUESTION = Question(

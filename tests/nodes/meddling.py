@@ -68,16 +68,16 @@ class Meddler(Node):
         os.close(reading)
 
     def closes(self) -> None:
-        """Close each socket that keeps packets apart."""
+        """Close each connected socket that keeps packets apart."""
         for each in [*Path("/proc/self/fd").iterdir()]:
-            if is_packet_socket(int(each.name)):
+            if is_line(int(each.name)):
                 os.close(int(each.name))
 
     def leaves(self) -> None:
         os.seteuid(NOBODY)
 
 
-def is_packet_socket(descriptor: int) -> bool:
+def is_line(descriptor: int) -> bool:
     try:
         if not stat.S_ISSOCK(os.fstat(descriptor).st_mode):
             return False
@@ -85,7 +85,10 @@ def is_packet_socket(descriptor: int) -> bool:
     except OSError:  # it was that of the list
         return False
     with duplicate:
-        return duplicate.getsockopt(socket.SOL_SOCKET, socket.SO_TYPE) == socket.SOCK_SEQPACKET
+        kind, listens = (
+            duplicate.getsockopt(socket.SOL_SOCKET, name) for name in (socket.SO_TYPE, socket.SO_ACCEPTCONN)
+        )
+        return kind == socket.SOCK_SEQPACKET and not listens
 
 
 class ManyParameters(Parameters):

@@ -12,6 +12,8 @@ from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_msgs import Header, Int64
 
 POOL = 1 << 22
+SMALL = 64
+"""Three of four blobs are so small where small ones are allowed."""
 TAKEN = 16
 """The checker says after so many blobs how many it has."""
 
@@ -62,7 +64,8 @@ class Pusher(Node):
     def push(self) -> None:
         given = self.parameters
         self.sent += 1
-        size = given.least + self.sent * 7919 % (given.most - given.least + 1)
+        most = given.most if self.sent % 4 == 0 or given.least > SMALL else SMALL
+        size = given.least + self.sent * 7919 % (most - given.least + 1)
         begin = self.sent * 104_729 % (POOL - size)
         data = self.pool[begin : begin + size]
         crc = zlib.crc32(data, self.sent)

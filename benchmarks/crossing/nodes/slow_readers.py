@@ -27,6 +27,7 @@ class SlowReadersParameters(Parameters):
     topic: str = "small"
     size: int = WORD
     rate_hz: float = 30.0
+    depth: int = 1
     most: int = 0
     blocks_s: float = 0.0
     seconds: float = 1.0
@@ -57,7 +58,7 @@ class Stamper(SlowReadersNode):
         given = self.parameters
         self.sent = 0
         self.words = np.zeros(given.size // WORD)
-        self.out = self.create_publisher(type_of(given.size), given.topic, qos=QoS(depth=1))
+        self.out = self.create_publisher(type_of(given.size), given.topic, qos=QoS(depth=given.depth))
         self.create_timer(1 / given.rate_hz, self.tick)
 
     def tick(self) -> None:
@@ -81,7 +82,7 @@ class Blocking(SlowReadersNode):
         self.ages: list[tuple[float, float]] = []
         given = self.parameters
         handler = self.on_number if given.size == WORD else self.on_numbers
-        self.create_subscription(type_of(given.size), given.topic, handler, qos=QoS(depth=1))
+        self.create_subscription(type_of(given.size), given.topic, handler, qos=QoS(depth=given.depth))
 
     def on_number(self, number: Float64) -> None:
         self.note(number.data)
