@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
 
+from busflow import timeouts
 from busflow.bus.bus import BusObserver, check_qos
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.publisher import Publisher
@@ -26,7 +27,9 @@ from busflow.bus.subscription import Subscription
 from busflow.errors import BusflowError, MalformedMessage
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.runner.service_events import SUFFIX
+from busflow.wire.line.lines import Lines
 from busflow.wire.mirror.connection import Connection
+from busflow.wire.mirror.held_messages import HeldMessages
 from busflow.wire.mirror.inlet import remote_endpoint
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import RemotePublishers
@@ -50,7 +53,6 @@ if TYPE_CHECKING:
     from busflow.bus.topic import Topic
     from busflow.node.parameter_store import ParameterStore
     from busflow.runner.graph import Graph
-    from busflow.wire.line.lines import Lines
     from busflow.wire.zenoh.run_directory import RunCard
 
 MirroredEndpoint = Publisher[Any] | Subscription[Any]
@@ -86,7 +88,7 @@ class Mirror(BusObserver):
         self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # 0: a `LogBook` keeps the log's lines
         self._supports = cache(TypeSupport)
         self._zid = str(session.info.zid())
-        self._lines = None if lines is None else self._lines_in(lines)
+        self._lines = None if lines is None else Lines(lines, self._zid, self._on_route, self._log)
         self._connection = self._connected(card)
         self._intake = TokenIntake(graph.bus.dispatcher, self._on_loop, self._on_token, self._log)
         self._remote_publishers = RemotePublishers(self._connection)
@@ -95,8 +97,7 @@ class Mirror(BusObserver):
             *(graph, card, process, self._supports, self._history, self._presence.tokens),
             about=lambda: {"shared_memory": 0 if self._lines is None else self._lines.capacity, **about()},
         )
-        self._node_ids: dict[str, int] = {}
-        self._ids = 0
+        self._node_ids, self._ids = dict[str, int](), 0
         self._nodes: dict[str, zenoh.LivelinessToken] = {}
         self._left: dict[str, set[str]] = {}
         """By node, the topics on which it had an endpoint that has ended."""
@@ -105,6 +106,7 @@ class Mirror(BusObserver):
         self._services = ServiceMirror(self._connection, self._token, graph.log)
         self._service_events = ServiceEvents(self._connection)
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._reminder: asyncio.TimerHandle | None = None
         self._declared: list[Any] = []
 
     def _connected(self, card: RunCard) -> Connection:
@@ -395,16 +397,19 @@ class Mirror(BusObserver):
         for supervisor in self._graph.supervisors:
             supervisor.runtime.parameter_events.declare()
 
-    def _lines_in(self, directory: Path) -> Lines:
-        from busflow.wire.line.lines import Lines  # a run without lines does not load it
-
-        return Lines(directory, self._zid, self._on_route, self._log)
-
     def _on_route(self, key: str) -> None:
         """Open or close the outlets of a key, because a process has begun or ceased to receive it by a line."""
         for outlet in self._outlets.values():
             if outlet.key == key:
                 outlet.check_routes()
+        if self._loop is not None and self._reminder is None:
+            self._reminder = self._loop.call_later(timeouts.current.departure, self._remind)
+
+    def _remind(self) -> None:
+        """Let processes look at their lines that receive a topic no more: a plugin may have closed the descriptors."""
+        self._reminder = None
+        if self._loop is not None and self._unreached():
+            HeldMessages(self._connection, 0, lambda _answered: None)  # asks all processes, each of which looks first
 
     def _on_loop(self, work: Any, *arguments: Any) -> None:
         """Call a function on the event loop, from any thread."""
