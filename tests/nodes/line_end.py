@@ -1,13 +1,15 @@
-"""Other ends of lines, in processes that a test may kill: `other_end.py FOLDER`, with orders on standard input.
+"""Other ends of lines, in processes that a test may kill: `line_end.py FOLDER`, with orders on standard input.
 
 `write SESSION SIZE` and `read SESSION` fork a process that publishes for ever, or that receives from this session for
-ever; its id is the answer. The messages are numbered and have this size, and each consists of one repeated word.
+ever; its id is the answer. `fork SESSION` forks one that forks in its turn, and whose child lives as long as this one.
+The messages are numbered and have this size, and each consists of one repeated word.
 """
 
 import asyncio
 import os
 import sys
 from collections.abc import Sequence
+from itertools import count
 from pathlib import Path
 
 from busflow.log import Logger
@@ -70,21 +72,43 @@ async def read(lines: Lines, session: str) -> None:
     await ended.wait()
 
 
-async def run(folder: Path, order: str, session: str, size: str = "0") -> None:
-    lines = lines_of(folder, session if order == "write" else f"{os.getpid():08x}")
-    await (write(lines, int(size)) if order == "write" else read(lines, session))
+async def fork(lines: Lines, alive: int) -> None:
+    """Fork a child that publishes and then waits for the end of the main process, and publish for ever."""
+    while not lines.routes(KEY):
+        await asyncio.sleep(0)
+    child = os.fork()
+    for number in count(1):
+        word = b"a parent" if child else b"an heir!"
+        lines.send(KEY, word * (1 << 17), attachment_bytes(number, number, GID), number * 10**9)
+        if child:
+            await asyncio.sleep(0)
+        elif number == 100:
+            os.read(alive, 1)
+            os._exit(0)
+
+
+async def run(folder: Path, alive: int, order: str, session: str, size: str = "0") -> None:
+    lines = lines_of(folder, f"{os.getpid():08x}" if order == "read" else session)
+    match order:
+        case "write":
+            await write(lines, int(size))
+        case "read":
+            await read(lines, session)
+        case "fork":
+            await fork(lines, alive)
 
 
 def main() -> None:
     folder = Path(sys.argv[1])
+    alive, kept_open = os.pipe()
     for line in sys.stdin:
         pid = os.fork()
         if pid == 0:
-            asyncio.run(run(folder, *line.split()))
+            os.close(kept_open)
+            asyncio.run(run(folder, alive, *line.split()))
             os._exit(0)
         print(pid, flush=True)
-        # The test kills it; a process that nobody waits for stays in the table.
-        os.waitpid(pid, 0)
+        os.waitpid(pid, 0)  # the test kills it
         print("ended", flush=True)
 
 

@@ -11,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Coroutine, Iterator
 from functools import wraps
 from pathlib import Path
@@ -119,8 +120,15 @@ class Ends:
 
 
 @pytest.fixture
-def ends(tmp_path: Path) -> Ends:
-    return Ends(tmp_path)
+def folder() -> Iterator[Path]:
+    """A folder whose name leaves room for that of a socket."""
+    with tempfile.TemporaryDirectory(prefix="bf") as name:
+        yield Path(name)
+
+
+@pytest.fixture
+def ends(folder: Path) -> Ends:
+    return Ends(folder)
 
 
 async def turn(until: Callable[[], object]) -> None:
@@ -144,8 +152,8 @@ async def test_a_message_arrives_as_it_was_sent(ends):
 
 
 @on_a_loop
-async def test_who_has_the_run_directory_open_is_reached_by_that(ends, monkeypatch, tmp_path: Path):
-    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(tmp_path / "runs"))
+async def test_who_has_the_run_directory_open_is_reached_by_that(ends, monkeypatch, folder: Path):
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(folder / "runs"))
     run = RunDirectory.claim("a run with a long name, which leaves a socket little room" * 3)
     try:
         writer, reader = ends("aaaaaaaa01", folder=run.inside), ends("bbbbbbbb02", folder=run.path)
@@ -418,27 +426,16 @@ def descriptor_of(writer: Process, reader: Process) -> int:
 
 
 @on_a_loop
-async def test_a_forked_process_keeps_no_line_open(ends):
-    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
-    reader.receive(writer)
-    writer.lines.read()
-    read_end, write_end = os.pipe()
-    pid = os.fork()
-    if pid == 0:
-        os.close(write_end)
-        writer.send(b"from the child")  # goes nowhere
-        os.read(read_end, 1)
-        os._exit(0)
-    try:
-        writer.send(b"from the parent")
-        await turn(lambda: reader.arrived)
-        writer.lines.close()
-        await turn(lambda: reader.ends)
-        assert reader.arrived == [(b"from the parent", 1)]
-    finally:
-        os.close(read_end)
-        os.close(write_end)
-        os.waitpid(pid, 0)  # noqa: ASYNC222  # it has ended
+async def test_a_forked_process_keeps_no_line_open(ends, others: OtherEnds):
+    reader, arrived, ended = ends("bbbbbbbb02"), list[bytes](), list[bool]()
+    pid = others.start("fork 0000000a")
+    await turn(lambda: reader.can_reach("0000000a"))
+    reader.read_large("0000000a", arrived, ended)
+    await turn(lambda: arrived)
+    assert {data[:8] for data in arrived} == {b"a parent"}
+    others.kill(pid)  # its child lives on
+    reader.lines.read()
+    assert ended == [True]
 
 
 @on_a_loop
@@ -490,21 +487,33 @@ async def test_who_has_no_descriptor_for_the_memory_loses_the_line_alone(ends):
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
+OTHER_USER = """
+import os, socket, sys
+
+os.setuid(65534)
+with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as other:
+    other.connect(sys.argv[1])
+    sys.exit(other.recv(100) != b"")
+"""
+"""A program that connects as another user, and expects to be turned away."""
+
+
+def open_to_all(folder: Path) -> Path:
+    """Let every user connect to the first socket, which the folder's permissions forbid otherwise."""
+    folder.chmod(0o755)
+    path = folder / "~aaaaaaaa"
+    path.chmod(0o666)
+    return path
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
 @on_a_loop
-async def test_a_process_of_another_user_gets_no_line(ends, tmp_path: Path):
+async def test_a_process_of_another_user_gets_no_line(ends, folder: Path):
     writer = ends("aaaaaaaa01")
-    for folder in (tmp_path, *tmp_path.parents[:2]):
-        folder.chmod(0o755)
-    (tmp_path / "~aaaaaaaa").chmod(0o666)
-    pid = os.fork()
-    if pid == 0:
-        os.setuid(65534)
-        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as other:
-            other.connect(str(tmp_path / "~aaaaaaaa"))
-            os._exit(other.recv(100) != b"")
+    path = open_to_all(folder)
+    other = subprocess.Popen([sys.executable, "-c", OTHER_USER, path])  # noqa: ASYNC220  # no node runs here
     await turn(lambda: writer.log or None)
-    assert os.waitpid(pid, 0)[1] == 0  # noqa: ASYNC222  # it has ended
+    assert other.wait() == 0  # its end follows
     assert writer.log == [("warning", "a process of another user (65534) gets no line to this one")]
 
 
@@ -512,6 +521,7 @@ class OtherEnds:
     """Processes at the other ends of lines, one at a time."""
 
     def __init__(self, folder: Path, *around: str) -> None:
+        self._started = 0
         self._server = subprocess.Popen(
             [*around, sys.executable, NODES / "line_end.py", folder],
             stdin=subprocess.PIPE,
@@ -522,23 +532,29 @@ class OtherEnds:
     def start(self, order: str) -> int:
         self._server.stdin.write(f"{order}\n")
         self._server.stdin.flush()
-        return int(self._server.stdout.readline())
+        self._started = int(self._server.stdout.readline())
+        return self._started
 
     def kill(self, pid: int) -> None:
         """Kill it, and wait until it has gone."""
         os.kill(pid, signal.SIGKILL)
         assert self._server.stdout.readline() == "ended\n"
+        self._started = 0
 
     def kill_all(self) -> None:
+        """Kill the main process, and so all in its namespace."""
         self._server.kill()
+        self._started = 0
 
     def close(self) -> None:
+        if self._started:
+            self.kill(self._started)
         self._server.communicate()
 
 
 @pytest.fixture
-def others(tmp_path: Path) -> Iterator[OtherEnds]:
-    made = OtherEnds(tmp_path)
+def others(folder: Path) -> Iterator[OtherEnds]:
+    made = OtherEnds(folder)
     yield made
     made.close()
 
@@ -622,10 +638,10 @@ ELSEWHERE = ("unshare", "--map-root-user", "--pid", "--mount", "--fork", "--kill
 
 
 @pytest.fixture
-def contained(tmp_path: Path) -> Iterator[OtherEnds]:
+def contained(folder: Path) -> Iterator[OtherEnds]:
     if shutil.which("unshare") is None or subprocess.run([*ELSEWHERE, "true"], capture_output=True).returncode:
         pytest.skip("this system gives a user no namespaces")
-    made = OtherEnds(tmp_path, *ELSEWHERE)
+    made = OtherEnds(folder, *ELSEWHERE)
     yield made
     made.close()
 
