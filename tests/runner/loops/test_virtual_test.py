@@ -2,6 +2,8 @@
 
 import asyncio
 import functools
+import signal
+import threading
 
 import pytest
 
@@ -54,6 +56,29 @@ def test_task_of_a_virtual_test_has_its_name():
         return task.get_name() if task else ""
 
     assert names_itself() == "names_itself"
+
+
+def test_ctrl_c_cancels_the_test(capfd):
+    ended: list[str] = []
+    cancelled = threading.Event()
+
+    @virtual_time
+    async def waits() -> None:
+        signal.raise_signal(signal.SIGINT)
+        try:
+            await asyncio.to_thread(cancelled.wait, 60)
+        except asyncio.CancelledError:
+            ended.append("cancelled")
+        finally:
+            cancelled.set()
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            waits()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (ended, capfd.readouterr().err) == (["cancelled"], ""), "it was not interrupted after its grace"
 
 
 def test_harness_in_a_plain_test_explains_the_form(golden):
