@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.interfaces.message import Message
     from busflow.log import Logger
+    from busflow.wire.line.arena import Piece
     from busflow.wire.line.lines import Lines
     from busflow.wire.queries.queries import Supports
     from busflow.wire.zenoh.sender import SenderThread
@@ -57,7 +58,7 @@ class Connection:
             sleep(timeouts.current.overtaken)
 
 
-def decoded(payload: zenoh.ZBytes, support: TypeSupport) -> Message:
+def decoded(payload: zenoh.ZBytes | Piece, support: TypeSupport) -> Message:
     """Decode a message of another process, and copy no payload that is too large for one of its type.
 
     Raises:

@@ -4,9 +4,6 @@ Volatile publishers of a session to which there is a line are received by it, an
 there is one. Both kinds of messages meet in one buffer.
 """
 
-# Zenoh's stubs leave out what many of its methods return.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-
 from __future__ import annotations
 
 import asyncio
@@ -15,8 +12,6 @@ from collections.abc import Callable
 from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any
-
-import zenoh
 
 from busflow import timeouts
 from busflow.bus.dispatcher import QUANTUM
@@ -52,6 +47,8 @@ _MOST_RING = 4096
 """The largest number, for subscriptions with a large depth."""
 _MOST_DELAYS = 20
 """Limit of such times in a row; each but the first follows one in which a message of the publisher arrived."""
+_TOKENS_TAKE = 4
+"""Number of such times until the tokens of a process that has ended are gone, also on a busy machine."""
 _MOST_DEPTH = 10_000
 """Limit of the messages kept here for late joiners, by remote publisher; its token may state a higher depth."""
 
@@ -59,7 +56,9 @@ _MOST_DEPTH = 10_000
 class Inlet:
     """Publishes remote publishers' messages on the bus; each remote publisher becomes a publisher of the topic."""
 
-    def __init__(self, topic: Topic[Any], connection: Connection, *, arrivals: Arrivals) -> None:
+    def __init__(
+        self, topic: Topic[Any], connection: Connection, *, arrivals: Arrivals, on_broken: Callable[[str], None]
+    ) -> None:
         """Start to receive.
 
         Args:
@@ -68,17 +67,21 @@ class Inlet:
             arrivals: the record of the topic's arrived messages, those of its earlier inlets included. After a broken
                 link the same publishers come back. The numbers missing then count as lost, and a message that has
                 arrived before is not published again.
+            on_broken: called with a session that is still there, but whose line has ended.
         """
         self.received: int = 0
         self.losses: Counter[str] = topic.losses
         self._topic, self._support, self._bus = topic, connection.supports(topic.type), connection.bus
         self._log, self._on_loop, self._connection = connection.log, connection.on_loop, connection
+        self._on_broken = on_broken
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
         """By gid, the publishers that keep nothing for late joiners and whose messages do not expire."""
         self._by_line: dict[bytes, str] = {}
         """By gid, the session of each publisher that is received by a line."""
         self._intakes: dict[str, line.Intake] = {}
+        self._interrupted: set[bytes] = set()
+        """The publishers whose line ended: the next gap in their numbers is a loss."""
         self._ignored: set[bytes] = set()
         self._leaving: set[bytes] = set()
         self._arrivals = arrivals
@@ -138,14 +141,10 @@ class Inlet:
     @property
     def _wanted(self) -> Wanted:
         """What the deepest queue keeps; a tap, e.g. of a recording, takes as much as it can."""
-        topic = self._topic
-        depth, overflow = max(
-            ((each.endpoint.qos.depth, each.endpoint.qos.overflow) for each in topic.subscriptions),
-            default=(1, Overflow.DROP_OLDEST),
-        )
-        least = max(topic.keeps_newest or 0, self._depth if topic.taps else 0)
-        keeps_oldest = overflow is Overflow.DROP_NEWEST
-        return Wanted(max(depth, least), overflow if keeps_oldest else Overflow.DROP_OLDEST)
+        qos = [each.endpoint.qos for each in self._topic.subscriptions]
+        depth = max(self._depth if self._topic.taps else self._topic.keeps_newest or 1, *(each.depth for each in qos))
+        keeps_oldest = all(each.overflow is Overflow.DROP_NEWEST for each in qos)
+        return Wanted(depth, Overflow.DROP_NEWEST if keeps_oldest else Overflow.DROP_OLDEST)
 
     def _arrive(self, session: str, arrived: Sequence[line.Arrived]) -> None:
         """Take in the messages of an intake, and begin to publish them."""
@@ -156,13 +155,14 @@ class Inlet:
     def _line_ended(self, session: str) -> None:
         """Receive by another line at once; else through Zenoh, if the session has not ended with the line."""
         self._intakes.pop(session, None)
+        self._interrupted.update(gid for gid, each in self._by_line.items() if each == session)
         if not self._closed and not self._follow(session):
-            asyncio.get_running_loop().call_later(timeouts.current.departure, self._leave_line, session)
+            asyncio.get_running_loop().call_later(_TOKENS_TAKE * timeouts.current.departure, self._leave_line, session)
 
     def _leave_line(self, session: str) -> None:
         left = [gid for gid, each in self._by_line.items() if each == session and gid not in self._leaving]
         if left and not self._closed and session not in self._intakes:
-            self._log.info(f"{self._topic.name} comes through Zenoh from now on: the line of its publisher has ended")
+            self._on_broken(session)
             for gid in left:
                 del self._by_line[gid]
             self._subscribe()
@@ -214,6 +214,8 @@ class Inlet:
     ) -> None:
         if self._closed or token.gid not in self._leaving:
             return
+        if self._connection.lines is not None:
+            self._connection.lines.read()  # its last messages may wait behind others there
         arriving = delays_left > 0 and publisher is not None and publisher.published != seen
         if arriving or self._emptying:
             self._leave_later(token, then, max(0, delays_left - 1))
@@ -227,6 +229,7 @@ class Inlet:
     def _expel(self, gid: bytes) -> None:
         publisher = self._publishers.pop(gid, None)
         self._plain.pop(gid, None)
+        self._interrupted.discard(gid)
         session = self._by_line.pop(gid, "")
         if session in self._intakes and session not in self._by_line.values():
             intake = self._intakes.pop(session)
@@ -298,7 +301,6 @@ class Inlet:
                     break
                 handled += QUANTUM if is_large(batch[-1]) else len(batch)
                 dispatcher.run_now(partial(self._publish, batch))
-                buffer.acknowledge()
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
                     break  # a queue that is not empty now is read by a task, which needs the loop
         finally:  # if one message raises, the others are published all the same
@@ -317,7 +319,6 @@ class Inlet:
         if keep is None or len(self._buffer) <= keep:
             return
         skipped = self._buffer.skip(keep, self._plain)
-        self._buffer.acknowledge()
         self.received += len(skipped)
         signed = [(attachment[GID_AT:], *SEQUENCE.unpack_from(attachment)) for attachment in skipped]
         for gid, count in Counter(gid for gid, sequence in signed if self._note(gid, sequence)).items():
@@ -325,7 +326,9 @@ class Inlet:
 
     def _note(self, gid: bytes, sequence: int, *, ordered: bool = False) -> bool:
         """Record a message; return False if it is not to be published."""
-        overflowed = self._publishers.get(gid) if self._buffer.has_dropped or gid in self._by_line else None
+        is_overflow = gid not in self._interrupted and (gid in self._by_line or self._buffer.has_dropped)
+        self._interrupted.discard(gid)
+        overflowed = self._publishers.get(gid) if is_overflow else None
         return self._arrivals.note(gid, sequence, ordered=ordered, overflowed=overflowed)
 
     async def _send_all(self) -> None:
@@ -338,8 +341,7 @@ class Inlet:
                 for payload, signature in batch:
                     if (arrival := self._read(payload, signature)) is not None:
                         await self._send(*arrival)
-                self._buffer.acknowledge()
-                await asyncio.sleep(0)
+                        await asyncio.sleep(0)
         finally:
             self._feeder = None
             self._pause()
@@ -370,15 +372,17 @@ class Inlet:
             except (WouldBlock, NotRunning) as error:  # the error cannot reach the remote publisher: it is only counted
                 self._refuse(error)
 
-    def _note_dropped(self, reason: Reason, newest: Attachment) -> None:
-        """Count the messages that a sender dropped after the last one that has arrived."""
-        publisher, last = self._publishers.get(newest.gid), self._arrivals.last.get(newest.gid, newest.sequence)
-        if publisher is not None and newest.sequence > last:
-            self._arrivals.last[newest.gid] = newest.sequence
-            if reason is Reason.END:
-                self.losses["lost"] += newest.sequence - last
+    def _note_dropped(self, reason: Reason, signature: bytes) -> None:
+        """Count the messages that a sender dropped after the last one that has arrived, up to this one."""
+        gid, (sequence,) = signature[GID_AT:], SEQUENCE.unpack_from(signature)
+        publisher = self._publishers.get(gid)
+        if reason is Reason.END:
+            self._interrupted.add(gid)
+        if self._note(gid, sequence):
+            if reason is Reason.END or publisher is None:
+                self.losses["lost"] += 1
             else:
-                self._topic.count_overflow(publisher, newest.sequence - last)
+                self._topic.count_overflow(publisher, 1)
 
     def _publish_carefully(self, payload: Payload, signature: bytes) -> None:
         """Publish a message of any publisher, after all checks."""
@@ -407,16 +411,15 @@ class Inlet:
     def _read(self, payload: Payload, signature: bytes) -> tuple[Publisher[Any], Message] | None:
         """Return the publisher and the message; None if the message is not to be published."""
         if isinstance(payload, Reason):
-            self._note_dropped(payload, Attachment.decode(signature))
-            return None
+            return self._note_dropped(payload, signature)
         self.received += 1
         try:
             publisher = self._publisher_of(signature)
             if publisher is None:
                 return None
-            if isinstance(payload, zenoh.ZBytes):
-                return publisher, decoded(payload, self._support)
-            return publisher, self._support.decode(payload)
+            if isinstance(payload, bytes):
+                return publisher, self._support.decode(payload)
+            return publisher, decoded(payload, self._support)
         except MalformedMessage as error:
             self._discard(error)
         return None

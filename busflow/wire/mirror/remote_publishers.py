@@ -38,6 +38,8 @@ class RemotePublishers:
         """By topic, the publishers that were refused so far."""
         self._arrivals: dict[str, Arrivals] = {}
         """By topic that is received, the numbers of the messages that have arrived."""
+        self._broken: set[str] = set()
+        """The sessions whose line has ended before them."""
 
     def add(self, token: Token) -> None:
         """Admit or refuse a new publisher of another process; other endpoints change nothing here."""
@@ -139,11 +141,18 @@ class RemotePublishers:
         found = self._inlets.get(topic.name)
         if found is None:
             arrivals = self._arrivals.setdefault(topic.name, Arrivals(topic))
-            found = self._inlets[topic.name] = Inlet(topic, self._connection, arrivals=arrivals)
+            found = self._inlets[topic.name] = Inlet(
+                topic, self._connection, arrivals=arrivals, on_broken=self._note_broken
+            )
             for token in self._known_on(topic.name):
                 if str(token) in self._refused:
                     found.ignore(token)
         return found
+
+    def _note_broken(self, session: str) -> None:
+        if session not in self._broken:
+            self._broken.add(session)
+            self._log.warning("messages of another process come through Zenoh from now on: the line to it has ended")
 
     def _close_if_unused(self, topic: str) -> None:
         inlet = self._inlets.get(topic)

@@ -82,7 +82,7 @@ class ZenohFeed:
                 self.waits = True
                 self._on_sample()
                 while not self._emptied.acquire(timeout=timeouts.current.busy_loop):
-                    self._buffer.fill()
+                    self._buffer.limit()
         except zenoh.ZError:
             pass  # the subscriber was undeclared, which ends a waiting recv()
 

@@ -53,9 +53,8 @@ def test_both_ways_keep_their_order_and_none_comes_twice():
     buffer.fill()
     buffer.put(MESSAGES[2:3], sender)
     assert buffer.take() == [*MESSAGES[:2], other, MESSAGES[2]]
-    assert sender.done == 0, "only what is published is done with"
-    buffer.acknowledge()
-    buffer.acknowledge()
+    assert sender.done == 3
+    assert buffer.take() == []
     assert sender.done == 3
 
 
@@ -73,13 +72,24 @@ def test_messages_are_skipped_oldest_first_up_to_what_has_to_be_seen():
     buffer.put([(Reason.OVERFLOW, signatures[4])], sender)
     assert buffer.skip(0, {GID}) == []
     assert buffer.take() == [(Reason.OVERFLOW, signatures[4])]
-    buffer.acknowledge()
     assert sender.done == 4
+
+
+def test_messages_of_a_closed_intake_are_gone():
+    sender, other = Sender(), Sender()
+    buffer = buffered(deque([sample(*MESSAGES[3])]), 16)
+    buffer.put(MESSAGES[:2], sender)
+    buffer.put(MESSAGES[2:3], other)
+    buffer.fill()
+    buffer.put(MESSAGES[4:], sender)
+    buffer.discard(sender)
+    assert buffer.take() == MESSAGES[2:4]
+    assert (sender.done, other.done) == (0, 1)
 
 
 def test_buffer_keeps_newest_samples_within_its_limits(monkeypatch):
     monkeypatch.setattr(arrival_buffer, "LARGEST", 4000)
-    ring, heavy = deque[SimpleNamespace](), []
+    ring, heavy, sender = deque[SimpleNamespace](), [], Sender()
     samples = [sample(bytes([n]) * 1000) for n in range(8)]
     buffer = buffered(ring, 6, heard=heavy.append)
 
@@ -87,17 +97,18 @@ def test_buffer_keeps_newest_samples_within_its_limits(monkeypatch):
         return [payload[0] for payload, _ in buffer.take(inf)]
 
     ring.extend(samples[:4])
-    buffer.fill()
+    buffer.limit()
     assert (numbers(), buffer.has_dropped) == ([0, 1, 2, 3], False)
+    buffer.put([(b"\7", MESSAGES[0][1])], sender)
     ring.extend(samples[:5])
-    buffer.put([(b"\7", MESSAGES[0][1])], Sender())
-    buffer.fill()
-    assert (numbers(), buffer.has_dropped, heavy) == ([7, 1, 2, 3, 4], True, ["heavy"]), "a line limits itself"
+    buffer.limit()
+    assert (numbers(), buffer.has_dropped, heavy) == ([1, 2, 3, 4], True, ["heavy"])
+    assert sender.done == 1
     ring.append(samples[0])
-    buffer.fill()
+    buffer.limit()
     assert (numbers(), buffer.has_dropped) == ([0], False)
     ring.extend([*samples[:2], sample(bytes(5000))])
-    buffer.fill()
+    buffer.limit()
     assert ([len(payload) for payload, _ in buffer.take()], heavy) == ([5000], ["heavy"]), "one stays; it says so once"
     ring.extend([sample(b"x")] * 9)
     buffer.fill()

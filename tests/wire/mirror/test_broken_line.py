@@ -1,0 +1,77 @@
+"""A line that breaks while both of its processes live: messages go on, and each that is missing is accounted for."""
+
+import asyncio
+import socket
+import threading
+from contextlib import asynccontextmanager
+
+import pytest
+
+from busflow import Node, QoS, publisher, subscription
+from busflow.msgs.std_msgs import Int64
+from tests.wire.mirror.processes import Process, until
+
+pytestmark = pytest.mark.asyncio
+
+
+class Talker(Node):
+    numbers = publisher(Int64, "numbers")
+    others = publisher(Int64, "others")
+
+    def say(self) -> None:
+        for end in (self.numbers, self.others):
+            end.publish(Int64(data=end.published))
+
+
+class Ear(Node):
+    def declare(self) -> None:
+        self.heard = 0
+
+    @subscription("numbers", qos=QoS(depth=100))
+    def on_number(self, number: Int64) -> None:
+        self.heard = number.data
+
+    @subscription("others", qos=QoS(depth=100))
+    def on_other(self, _: Int64) -> None:
+        """Take it."""
+
+
+@asynccontextmanager
+async def pair(directory):
+    here, there = Process(Talker, "here", directory, "there"), Process(Ear, "there", directory, "here")
+    await asyncio.gather(here.graph.start(), there.graph.start())
+    yield here, there
+    await asyncio.gather(here.graph.stop(), there.graph.stop())
+
+
+def break_lines(process):
+    for line in process.membership._mirror._lines._lines:
+        line._socket.shutdown(socket.SHUT_RDWR)
+
+
+async def goes_on(here, there):
+    """Wait until a number arrives that was published from now on."""
+    talker, ear = here.graph.node(Talker), there.graph.node(Ear)
+    last = talker.numbers.published
+    await until(lambda: talker.say() or ear.heard > last)
+
+
+def feeds():
+    return [each for each in threading.enumerate() if "inlet" in each.name]
+
+
+async def test_messages_go_on_by_another_line_and_then_through_zenoh(directory, capsys):
+    async with pair(directory) as (here, there):
+        await goes_on(here, there)
+        break_lines(here)
+        await goes_on(here, there)
+        assert feeds() == []
+        break_lines(here)
+        await goes_on(here, there)
+        assert len(feeds()) == 2
+        talker = here.graph.node(Talker)
+        await until(lambda: there.graph.node(Ear).heard == talker.numbers.published - 1)
+        topic = there.graph.bus.topics["/numbers"].statistics()
+        assert topic.subscriptions[0].dropped == 0
+        assert topic.published + topic.losses.get("lost", 0) == talker.numbers.published
+    assert capsys.readouterr().err.count("come through Zenoh from now on") == 1
