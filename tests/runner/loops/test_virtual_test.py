@@ -4,6 +4,7 @@ import asyncio
 import functools
 import signal
 import threading
+from math import inf
 
 import pytest
 
@@ -58,15 +59,16 @@ def test_task_of_a_virtual_test_has_its_name():
     assert names_itself() == "names_itself"
 
 
-def test_ctrl_c_cancels_the_test(capfd):
+def test_ctrl_c_cancels_the_test(limits):
+    limits(grace=inf)  # after which it is interrupted
     ended: list[str] = []
     cancelled = threading.Event()
 
-    @virtual_time
+    @virtual_time(thread_s=3600)
     async def waits() -> None:
         signal.raise_signal(signal.SIGINT)
         try:
-            await asyncio.to_thread(cancelled.wait, 60)
+            await asyncio.to_thread(cancelled.wait, 30)
         except asyncio.CancelledError:
             ended.append("cancelled")
         finally:
@@ -78,7 +80,7 @@ def test_ctrl_c_cancels_the_test(capfd):
             waits()
     finally:
         signal.signal(signal.SIGINT, before)
-    assert (ended, capfd.readouterr().err) == (["cancelled"], ""), "it was not interrupted after its grace"
+    assert ended == ["cancelled"]
 
 
 def test_harness_in_a_plain_test_explains_the_form(golden):
