@@ -289,29 +289,31 @@ class Inlet:
         dispatcher, buffer, subscriptions = self._bus.dispatcher, self._buffer, self._topic.subscriptions
         started, handled, is_empty = dispatcher.now(), 0, False
         try:
-            while True:
-                self._fill()
-                if len(buffer) > 1:
+            while waiting := self._fill():
+                if waiting > 1:
                     self._skip_overflow()
-                waiting = len(buffer)
-                overflows = any(waiting + each.queued > each.endpoint.qos.depth for each in subscriptions)
+                    waiting = len(buffer)
+                overflows = waiting > 1 and any(
+                    waiting + each.queued > each.endpoint.qos.depth for each in subscriptions
+                )
                 batch = buffer.take(inf if overflows else CHUNK)  # no handler gets a message that its queue cannot keep
-                if not batch:
-                    is_empty = True
-                    break
                 handled += QUANTUM if is_large(batch[-1]) else len(batch)
                 dispatcher.run_now(partial(self._publish, batch))
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
                     break  # a queue that is not empty now is read by a task, which needs the loop
+            else:
+                is_empty = True
         finally:  # if one message raises, the others are published all the same
             if is_empty or self._closed:
                 self._pause()
             else:
                 asyncio.get_running_loop().call_later(0, self._go_on)  # after all timers that are due
 
-    def _fill(self) -> None:
+    def _fill(self) -> int:
+        """Take in what has come through Zenoh, and return how many messages wait."""
         if self._feed is not None and self._feed.waits:  # else its thread has the next sample
             self._buffer.fill()
+        return len(self._buffer)
 
     def _skip_overflow(self) -> None:
         """Count the messages that every queue would drop at once, instead of decoding them."""
