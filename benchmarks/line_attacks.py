@@ -6,7 +6,7 @@
 - `kills`: blobs of 1 MB, while the process of their pusher and that of their checker are killed, 50 times each. Blobs
   are whole and in order, nobody else loses any, and the survivor knows of each death soon.
 
-In each the ledger balances, and no memory, socket or process is left. `--quick` does a little of each.
+In each the ledger balances, and no socket or process is left. `--quick` does a little of each.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def started(text: str) -> Iterator[Run]:
                 run.process.wait()
 
 
-def judge(run: Run, found: Found, before: set[str]) -> None:
+def judge(run: Run, found: Found) -> None:
     """End a run, and look at its account and at what it leaves."""
     pids = [line["pid"] for line in run.those(" is started")]
     report = run.end()
@@ -151,15 +151,9 @@ def judge(run: Run, found: Found, before: set[str]) -> None:
                 found.broken.append(f"the account of {line['node']} on {topic['name']} does not balance: {line}")
     left = [path.name for path in Path(os.environ["BUSFLOW_RUNTIME_DIR"]).iterdir() if path.name != ".lock"]
     left += [str(pid) for pid in pids if Path(f"/proc/{pid}").exists()]
-    if left or shared() - before:
-        found.broken.append(f"left over: {left} {shared() - before}")
+    if left:
+        found.broken.append(f"left over: {left}")
     found.broken += [f"log: {line['event']}" for line in run.those("Traceback")]
-
-
-def shared() -> set[str]:
-    """What stands in the system's folder for shared memory."""
-    folder = Path("/dev/shm")  # noqa: S108  # it is only looked into
-    return {path.name for path in folder.iterdir()} if folder.exists() else set()
 
 
 def flow(count: int, least: int, most: int, *, line: bool, clients: int = 0) -> Found:
@@ -167,13 +161,13 @@ def flow(count: int, least: int, most: int, *, line: bool, clients: int = 0) -> 
     text = FLOW
     for word, value in {"LINE": line, "COUNT": count, "LEAST": least, "MOST": most}.items():
         text = text.replace(word, str(value).lower())
-    found, before, began = Found(), shared(), time.perf_counter()
+    found, began = Found(), time.perf_counter()
     with started(text) as run:
         heard = echoes(run, clients)
         run.wait_for(lambda: bool(run.those("complete")), f"{count} blobs")
         took = time.perf_counter() - began
         (told,) = run.those("complete")
-        judge(run, found, before)
+        judge(run, found)
     counts = {name: told[name] for name in ("received", "wrong", "disorder", "gaps")}
     if counts != {"received": count, "wrong": 0, "disorder": 0, "gaps": 0}:
         found.broken.append(f"blobs: {counts}")
@@ -203,14 +197,14 @@ def echoes(run: Run, times: int) -> list[int]:
 def kills(times: int, seed: int, *, line: bool) -> Found:
     """Kill each of two processes so often, at random moments."""
     text = KILLS.replace("RESTART", RESTART).replace("LINE", str(line).lower())
-    found, chance, before = Found(), random.Random(seed), shared()
+    found, chance = Found(), random.Random(seed)
     known_s: list[float] = []
     with started(text) as run:
         for number in range(2 * times):
             victim = ("left", "right")[number % 2]
             known_s.append(kill(run, victim, number // 2, chance.uniform(0, 0.3)))
         run.wait_for(lambda: alive(run, "left", times) and alive(run, "right", times), "all run again")
-        judge(run, found, before)
+        judge(run, found)
     checked = [line for line in run.those("checked") if line["node"] in {"/here", "/still"}]
     for told in checked:
         if told["wrong"] or told["disorder"] or (told["node"] == "/still" and told["gaps"]):
