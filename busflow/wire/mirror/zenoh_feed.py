@@ -78,7 +78,8 @@ class ZenohFeed:
         """Wait for a message, then for the loop to empty the ring, and so on."""
         try:
             while not self._closed:
-                self._buffer.put_sample(self._subscriber.handler.recv())
+                if len(self._buffer) == 0:  # else it was filled here when the loop had found it empty
+                    self._buffer.put_sample(self._subscriber.handler.recv())
                 self.waits = True
                 self._on_sample()
                 while not self._emptied.acquire(timeout=timeouts.current.busy_loop):
