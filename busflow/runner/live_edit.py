@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from busflow.errors import InvalidParameter, Problem, Severity
-from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.description import Examined, LaunchDescription
 from busflow.launchfile.model.problems import log_problems
 from busflow.node.parameters import Parameters, describe, value_of
 from busflow.runner.extension import Extension
@@ -25,7 +25,7 @@ POLL_S = 0.25
 MAX_BYTES = 1 << 21
 """Bytes of a file that are compared: a launch file with more is refused."""
 
-Reader: TypeAlias = Callable[[], tuple[LaunchDescription | None, tuple[Problem, ...]]]
+Reader: TypeAlias = Callable[[], Examined]
 """Reads the launch file: what is right in it, and everything that is wrong."""
 _Look: TypeAlias = dict[Path, object]
 

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
-    from busflow.errors import Problem
-    from busflow.launchfile.model.description import LaunchDescription
+    from busflow.launchfile.model.description import Examined, LaunchDescription
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +36,7 @@ class Source:
         """Return the same source for a process that may start in another folder."""
         return replace(self, file=self.file.absolute(), folder=self.folder and self.folder.absolute())
 
-    def read(
-        self, environment: Mapping[str, str] | None = None
-    ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+    def read(self, environment: Mapping[str, str] | None = None) -> Examined:
         """Read it in this environment; return the description of its valid part, and all problems."""
         if self.plugin:
             return self._read_plugin()
@@ -56,7 +53,7 @@ class Source:
             plugins=names,
         )
 
-    def _read_plugin(self) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+    def _read_plugin(self) -> Examined:
         from busflow.launchfile.load.single_node import examine_single_node
         from busflow.node.node import default_name
         from busflow.node.plugins import load

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.completers import complete_arguments, complete_paths, complete_plugins
-from busflow.errors import LaunchError, Problem
+from busflow.errors import LaunchError
 from busflow.runner.source import Source, variables_of
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
 
 if TYPE_CHECKING:
-    from busflow.launchfile.model.description import LaunchDescription
+    from busflow.launchfile.model.description import Examined, LaunchDescription
     from busflow.runner.planning.preflight import Plan
 
     _ParamType = click.ParamType[float | None]
@@ -55,7 +55,7 @@ class LaunchSource(Source):
             raise LaunchError(in_order([*problems, *Run([description], Kind.PLAN).plan().errors], files))
         return description
 
-    def examine(self) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+    def examine(self) -> Examined:
         """Return the description of the file's valid part, and all problems.
 
         The environment variables that the file sets stay set until the command ends.

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ParamSpec
 
-from busflow.errors import LaunchError, Problem
+from busflow.errors import LaunchError
 from busflow.launchfile.load import arguments, override
 from busflow.launchfile.load.build import Builder
 from busflow.launchfile.load.expression import Scope
@@ -20,7 +20,7 @@ from busflow.launchfile.load.files import Files
 from busflow.launchfile.load.part import LaunchFile, part_of
 from busflow.launchfile.load.profiles import from_command_line
 from busflow.launchfile.load.resolver import Resolver
-from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.description import Examined, LaunchDescription
 from busflow.launchfile.model.doubts import Doubt, doubts
 from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems, problem_at
@@ -38,7 +38,7 @@ def examine(
     profiles: Sequence[str] = (),
     environment: Mapping[str, str] | None = None,
     plugins: Callable[[], Iterable[str]] = tuple,
-) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+) -> Examined:
     """Load a launch file; return the description of its correct parts, and every problem.
 
     Args:
@@ -62,9 +62,7 @@ def examine(
     return description, problems.sorted(map(str, files.paths))
 
 
-def _required(
-    examine: Callable[P, tuple[LaunchDescription | None, Sequence[Problem]]],
-) -> Callable[P, LaunchDescription]:
+def _required(examine: Callable[P, Examined]) -> Callable[P, LaunchDescription]:
     """Return a function with the same parameters that returns the description, or raises every problem."""
 
     def required(*args: P.args, **keywords: P.kwargs) -> LaunchDescription:

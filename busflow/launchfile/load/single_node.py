@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from busflow.errors import Problem
 from busflow.launchfile.load import arguments, override
 from busflow.launchfile.load.build import Builder
 from busflow.launchfile.load.files import Files
 from busflow.launchfile.load.merge import Part, named
 from busflow.launchfile.load.override import COMMAND_LINE, Override
-from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.description import Examined, LaunchDescription
 from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems
 from busflow.launchfile.yaml.document import parse_value
@@ -26,7 +25,7 @@ def examine_single_node(
     parameters: Iterable[str] = (),
     remaps: Iterable[str] = (),
     sets: Iterable[str] = (),
-) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+) -> Examined:
     """Return the description of one node, and every problem, as a launch file with this node would give them.
 
     Args:

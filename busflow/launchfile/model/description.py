@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from busflow.bus.names import resolve
 from busflow.errors import IncompleteRecording, Problem
@@ -224,3 +224,7 @@ class LaunchDescription:
     def file(self) -> str:
         """The absolute path of the launch file; empty where the command line states the only node."""
         return str(self.files[0].absolute()) if self.files else ""
+
+
+Examined: TypeAlias = tuple[LaunchDescription | None, tuple[Problem, ...]]
+"""The valid part of a launch file, and all problems."""
