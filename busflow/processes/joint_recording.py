@@ -23,10 +23,8 @@ from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import OnDrop, RecordSpec
-    from busflow.launchfile.model.placement import Placement
     from busflow.log import Logger
     from busflow.recording.recorder.share import Share
-    from busflow.runner.planning.preflight import Plan
 
 _SUFFIX = ".mcap"
 _LARGEST_REPORT = 512 << 10
@@ -36,13 +34,12 @@ _LARGEST_REPORT = 512 << 10
 class JointRecording(Extension):
     """A recording of several files: one for each process, and one more for each restart of a process."""
 
-    def __init__(self, spec: RecordSpec, placement: Placement, plan: Plan, log: Logger, *, run: str) -> None:
+    def __init__(self, spec: RecordSpec, shares: Shares, log: Logger, *, run: str) -> None:
         """Prepare the recording; `begin` makes its directory.
 
         Args:
             spec: the topics and the path of the recording.
-            placement: the process of each node.
-            plan: all nodes of the run.
+            shares: the parts of the run that its processes record.
             log: receives warnings about patterns that match nothing.
             run: the run's name.
 
@@ -52,9 +49,8 @@ class JointRecording(Extension):
         self.path: Path = as_directory(named(spec.to, run=run))
         """The directory, as the user wrote it."""
         self.directory: Path = self.path.absolute()
-        self._spec, self._log = spec, log
-        self._shares = Shares(spec, placement, plan)
-        self._files: dict[str, list[Path]] = {process: [] for process in self._shares.processes}
+        self._spec, self._shares, self._log = spec, shares, log
+        self._files: dict[str, list[Path]] = {process: [] for process in shares.processes}
         self._begun = False
         self.outcome: RecordingReport | None = None
         """The outcome of the recording; None until it is known."""

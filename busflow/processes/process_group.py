@@ -107,7 +107,7 @@ class ProcessGroup(Extension):
         if record.snapshot is None:
             from busflow.processes.joint_recording import JointRecording
 
-            self._recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
+            self._recording = JointRecording(record, self._shares, self._log, run=self._graph.name)
         else:
             from busflow.processes.joint_snapshots import JointSnapshots
 

@@ -13,6 +13,7 @@ from busflow.launchfile.model.description import RecordSpec
 from busflow.launchfile.model.placement import placed
 from busflow.msgs.std_msgs import Int64
 from busflow.processes.joint_recording import JointRecording
+from busflow.processes.shares import Shares
 from busflow.recording.bag.bag import Bag
 from busflow.runner.graph import Graph
 from busflow.testing import replay
@@ -188,7 +189,9 @@ def test_messages_missed_on_a_full_disk_are_counted(project, monkeypatch):
     (project / "run.yaml").write_text(f"plugins: [{NODES}]\n{COUNTED}")
     description = load(project / "run.yaml")
     graph = Graph([description])
-    recording = JointRecording(RecordSpec("rec"), placed(description), graph.plan(), graph.log.bind("x"), run="counted")
+    spec = RecordSpec("rec")
+    shares = Shares(spec, placed(description), graph.plan())
+    recording = JointRecording(spec, shares, graph.log.bind("x"), run="counted")
     recording.begin()
     recording.finish(graph.report(), [{"path": "rec/far.mcap", "missed": 7, "why": "the disk is full"}])
     assert (recording.outcome.missed, recording.outcome.complete) == (7, False)
