@@ -28,8 +28,6 @@ from busflow.errors import InspectionUnavailable, InvalidName
 from busflow.text import printable
 from busflow.wire.zenoh.qos_text import WireQoS
 
-LAST_DOMAIN = 232
-"""The last domain whose ports are below 65,536."""
 # What XML would take for something else is in no such name; Linux itself forbids only slashes and spaces.
 _INTERFACE = re.compile(r"[A-Za-z0-9_.:-]{1,64}")
 _LOOPBACK = """\
