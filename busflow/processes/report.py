@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -78,8 +79,8 @@ def _read(main: Report, report: Mapping[str, Any], *, ended: bool) -> Report:
     return replace(read, topics=tuple(map(_ended, read.topics))) if ended else read
 
 
-def _rows(kind: type[Any], name: str) -> Callable[[Mapping[str, Any]], Any]:
-    return lambda report: tuple(from_json(kind, each) for each in report[name])
+def _rows(name: str, read: Callable[[Mapping[str, Any]], Any]) -> Callable[[Mapping[str, Any]], Any]:
+    return lambda report: tuple(map(read, report[name]))
 
 
 def _service(report: Mapping[str, Any]) -> ServiceStatistics:
@@ -94,14 +95,8 @@ def _service(report: Mapping[str, Any]) -> ServiceStatistics:
 
 
 def _ended(topic: TopicStatistics) -> TopicStatistics:
-    return replace(topic, subscriptions=tuple(map(_without_queue, topic.subscriptions)))
-
-
-def _without_queue(line: SubscriptionStatistics) -> SubscriptionStatistics:
-    if not line.queued:
-        return line
-    drops = {**line.drops, "process ended": line.drops.get("process ended", 0) + line.queued}
-    return replace(line, dropped=line.dropped + line.queued, queued=0, drops=drops)
+    lines = (replace(_with_drops(line, "process ended", line.queued), queued=0) for line in topic.subscriptions)
+    return replace(topic, subscriptions=tuple(lines))
 
 
 def _joined(processes: Sequence[Sequence[Sequence[Any]]]) -> tuple[Any, ...]:
@@ -134,8 +129,11 @@ def _with_unmatched(processes: Sequence[Sequence[TopicStatistics]]) -> TopicStat
         unsent = _unsent(topic) - sum(map(_unsent, known))
         missed = max(0, topic.published - reached - unsent)
         unmatched |= {line.node: missed for each in known for line in each.subscriptions}
-    lines = tuple(_with_drops(line, unmatched.get(line.node, 0)) for line in topic.subscriptions)
-    return replace(topic, subscriptions=lines)
+    lines: list[SubscriptionStatistics] = []
+    for line in topic.subscriptions:
+        missed = unmatched.get(line.node, 0)
+        lines.append(_with_drops(replace(line, published=line.published + missed), UNMATCHED, missed))
+    return replace(topic, subscriptions=tuple(lines))
 
 
 def _undelivered(topic: TopicStatistics) -> int:
@@ -152,24 +150,21 @@ def _unsent(topic: TopicStatistics) -> int:
     return sum(topic.losses.get(reason, 0) for reason in OUTGOING)
 
 
-def _with_drops(line: SubscriptionStatistics, count: int) -> SubscriptionStatistics:
+def _with_drops(line: SubscriptionStatistics, reason: str, count: int) -> SubscriptionStatistics:
     if not count:
         return line
-    drops = {**line.drops, UNMATCHED: count}
-    return replace(line, published=line.published + count, dropped=line.dropped + count, drops=drops)
+    return replace(line, dropped=line.dropped + count, drops={**line.drops, reason: line.drops.get(reason, 0) + count})
 
 
 _name = attrgetter("name")
 _SECTIONS = {
-    "nodes": _Section(_rows(NodeReport, "nodes"), _joined),
-    "topics": _Section(lambda report: tuple(map(TopicStatistics.from_json, report["topics"])), _balanced),
-    "services": _Section(
-        lambda report: tuple(map(_service, report["services"])), lambda every: tuple(sorted(_added(every), key=_name))
-    ),
-    "timers": _Section(_rows(TimerStatistics, "timers"), _added),
+    "nodes": _Section(_rows("nodes", partial(from_json, NodeReport)), _joined),
+    "topics": _Section(_rows("topics", TopicStatistics.from_json), _balanced),
+    "services": _Section(_rows("services", _service), lambda every: tuple(sorted(_added(every), key=_name))),
+    "timers": _Section(_rows("timers", partial(from_json, TimerStatistics)), _added),
     "inbox_dropped": _Section(lambda report: report["inbox"]["dropped"], _sum),
     "inbox_refused": _Section(lambda report: report["inbox"]["refused"], _sum),
-    "blocks": _Section(_rows(Blocks, "blocks"), _joined),
+    "blocks": _Section(_rows("blocks", partial(from_json, Blocks)), _joined),
     "log_lines_lost": _Section(lambda report: report["log_lines_lost"], _sum),
 }
 """The sections that every process has, by name."""
