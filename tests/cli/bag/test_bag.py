@@ -25,6 +25,7 @@ plugins: [plugins]
 nodes:
   listener:
     plugin: listener
+    subscriptions: {numbers: {depth: 100}}
 """
 
 
