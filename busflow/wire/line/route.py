@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import StrEnum  # whose members have a quick hash
 from itertools import islice
-from typing import Protocol
+from typing import Protocol, cast
 
 from busflow.bus.qos import Overflow
 from busflow.errors import MalformedMessage
@@ -295,12 +295,12 @@ class Route:
 
     def _small_ones(self) -> list[packets.Signed]:
         """Return the messages that may leave as one packet: the small ones at the front."""
-        found: list[packets.Signed] = []
-        for payload, attachment in islice(self._waiting, MOST_TOGETHER):
-            if not isinstance(payload, bytes) or len(payload) > SMALL:
+        found = list(islice(self._waiting, MOST_TOGETHER))
+        for at, (payload, _) in enumerate(found):
+            if len(payload) > SMALL or isinstance(payload, Stored):
+                del found[at:]
                 break
-            found.append((payload, attachment))
-        return found
+        return cast("list[packets.Signed]", found)
 
     def _note_sent(self, count: int) -> None:
         for _ in range(count):
