@@ -57,11 +57,12 @@ class ArrivalBuffer:
             by_line: the publishers whose messages intakes bring: their samples are discarded.
             on_heavy: called once, in another thread, when messages are dropped because they have too many bytes.
         """
+        self.depth: int = depth
         self.ring: Any = None
         """Zenoh's ring buffer, once there is one."""
         self.has_dropped: bool = False
         """Whether messages may have been dropped here, or in the ring, before those that were taken last."""
-        self._depth, self._most_bytes, self._by_line, self._on_heavy = depth, most_bytes, by_line, on_heavy
+        self._most_bytes, self._by_line, self._on_heavy = most_bytes, by_line, on_heavy
         self._is_heavy = self._drops = False
         self._arrived: deque[Any] = deque()
         self._sources = deque[tuple["line.Intake | None", int]]()
@@ -97,9 +98,9 @@ class ArrivalBuffer:
                     taken += 1
             except zenoh.ZError:
                 pass  # the session is closed
-            if len(self._arrived) > self._depth:
-                self._drop(len(self._arrived) - self._depth)
-            self._drops = self._drops or taken >= self._depth
+            if len(self._arrived) > self.depth:
+                self._drop(len(self._arrived) - self.depth)
+            self._drops = self._drops or taken >= self.depth
 
     def limit(self) -> None:
         """Fill the buffer, and drop the oldest messages beyond `LARGEST` bytes, but not the newest one."""

@@ -95,8 +95,9 @@ class Inlet:
         self._late_joiners = LateJoiners(
             topic, self._key, self._publishers, connection, numbers=arrivals, asked=self._latched
         )
-        self._depth = _ring(topic, self._support)
-        self._buffer = ArrivalBuffer(self._depth, self._support.most_bytes, by_line=self._by_line, on_heavy=self._warn)
+        self._buffer = ArrivalBuffer(
+            _ring(topic, self._support), self._support.most_bytes, by_line=self._by_line, on_heavy=self._warn
+        )
         self._feed: ZenohFeed | None = None
         """Brings what comes through Zenoh, while some publisher is not received by a line."""
         if connection.describes_types:
@@ -111,7 +112,7 @@ class Inlet:
                 self._connection.session,
                 self._key,
                 self._buffer,
-                depth=self._depth,
+                depth=self._buffer.depth,
                 latched=self._latched,
                 on_sample=partial(self._on_loop, self._empty),
             )
@@ -135,6 +136,7 @@ class Inlet:
 
     def suit(self) -> None:
         """Let the senders keep as much as the deepest queue here does, since subscriptions have come or gone."""
+        self._buffer.depth = max(self._buffer.depth, _ring(self._topic, self._support))
         for intake in self._intakes.values():
             intake.change(self._wanted)
 
@@ -142,7 +144,9 @@ class Inlet:
     def _wanted(self) -> Wanted:
         """What the deepest queue keeps; a tap, e.g. of a recording, takes as much as it can."""
         qos = [each.endpoint.qos for each in self._topic.subscriptions]
-        depth = max(self._depth if self._topic.taps else self._topic.keeps_newest or 1, *(each.depth for each in qos))
+        depth = max(
+            self._buffer.depth if self._topic.taps else self._topic.keeps_newest or 1, *(each.depth for each in qos)
+        )
         keeps_oldest = all(each.overflow is Overflow.DROP_NEWEST for each in qos)
         return Wanted(depth, Overflow.DROP_NEWEST if keeps_oldest else Overflow.DROP_OLDEST)
 
