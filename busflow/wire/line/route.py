@@ -68,6 +68,8 @@ NEXT: Mapping[RouteState, Mapping[RouteEvent, RouteState]] = {
 
 
 _READY = RouteState.READY
+_NOTHING = bytes(ATTACHMENT_BYTES)
+"""The attachment before a publisher's first one."""
 
 
 class Carrier(Protocol):
@@ -329,7 +331,8 @@ class Route:
             payload.release()
         gid = attachment[GID_AT:ATTACHMENT_BYTES]
         behind = islice(self._waiting, at, None) if at < len(self._waiting) else ()
-        if all(each[GID_AT:ATTACHMENT_BYTES] != gid for _, each in behind):
+        is_last = all(each[GID_AT:ATTACHMENT_BYTES] != gid for _, each in behind)
+        if is_last and _sequence(attachment) > _sequence(self._tails.get(gid, _NOTHING)):
             self._tails[gid] = attachment
 
     def _step(self, event: RouteEvent) -> None:

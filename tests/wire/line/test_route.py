@@ -217,6 +217,20 @@ def test_behind_the_window_waits_as_much_as_the_queue_keeps(overflow, expected):
     assert numbers(carrier)[32:] == expected
 
 
+def test_of_gathered_messages_that_are_dropped_the_last_is_marked():
+    carrier, route, publishers = made(1, Overflow.DROP_NEWEST)
+    for _ in range(32):
+        publishers.publish()
+    route.acknowledge(31)
+    carrier.room = 0
+    for _ in range(5):
+        publishers.publish(after_ns=1)
+    carrier.end_turn()
+    carrier.have_room(100)
+    assert numbers(carrier)[32:] == [33, 37]
+    assert carrier.messages[-1][0] is Reason.OVERFLOW
+
+
 def test_a_deeper_queue_gets_more_at_once():
     carrier, route, publishers = made(2)
     for _ in range(40):
