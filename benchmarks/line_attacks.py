@@ -217,14 +217,14 @@ def kills(times: int, seed: int, *, line: bool) -> Found:
 
 
 def alive(run: Run, process: str, restarts: int) -> bool:
-    """Whether a process works, having been started again so often: whom it talks to has been told."""
-    told = ("/here", "writers", "calm") if process == "left" else ("/main", "readers", "calm")
-    lines = [line for line in run.those(told[1], node=told[0]) if line["current"]]
-    return len(run.those(f"the process {process} is started")) > restarts and len(lines) > restarts
+    """Whether blobs come from a process, or reach it, that has been started again so often."""
+    checker = "/here" if process == "left" else "/down"
+    started = len(run.those(f"the process {process} is started"))
+    return started > restarts and len(run.those("first", node=checker)) > restarts
 
 
 def kill(run: Run, process: str, restarts: int, after_s: float) -> float:
-    """Kill a process once it works; how long until the survivor has logged it."""
+    """Kill a process among its blobs; how long until the survivor has logged it."""
     node, event = ("/here", "writers") if process == "left" else ("/main", "readers")
     run.wait_for(lambda: alive(run, process, restarts), f"{process} works")
     time.sleep(after_s)

@@ -100,6 +100,8 @@ class Checker(Node):
         life, number = (blob.header.stamp.sec, blob.header.stamp.nanosec), blob.height
         self.received += 1
         self.wrong += zlib.crc32(blob.data, number) != blob.width
+        if life not in self.last:
+            self.log.info("first")
         last = self.last.get(life, 0)
         self.disorder += number <= last
         self.gaps += number > last + 1
