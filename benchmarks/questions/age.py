@@ -89,8 +89,8 @@ QUESTION = Question(
     explanation=(
         "A node publishes the time, another one in another process reads it with `depth: 1`, and its handler blocks "
         "for longer than a period. From publish to the entry of the handler, in the second half of 3 to 12 s. The "
-        "least that can be had is the time of the handler, where messages come faster than they are handled: the "
-        "newest message of the moment when the handler begins to block is read when it ends."
+        "newest message is at most a period old. A line has up to 32 messages under way to a reader: where more come "
+        "while the handler blocks, the next message is one from its beginning, and as old as the handler takes."
     ),
     cases=[Case(name, name, "") for name in PACES],
     contenders=WAYS,
