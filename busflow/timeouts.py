@@ -127,6 +127,8 @@ class Timeouts(NamedTuple):  # a dataclass of so many fields takes 2 ms to make,
     busy_loop: float = 0.1
     """Time after which a loop that has not emptied its buffer counts as busy: the buffer is then limited in bytes too.
     """
+    newer_messages: float = 0.0005
+    """Wait for newer messages of another process, after its oldest ones have waited here for a busy loop."""
     departure: float = 0.05
     """Wait before a publisher is removed after its token's end: its last messages may still be in the buffer."""
     held_messages: float = 1.0

@@ -89,8 +89,8 @@ QUESTION = Question(
     explanation=(
         "A node publishes the time, another one in another process reads it with `depth: 1`, and its handler blocks "
         "for longer than a period. From publish to the entry of the handler, in the second half of 3 to 12 s. The "
-        "newest message is at most a period old. A line has up to 32 messages under way to a reader: where more come "
-        "while the handler blocks, the next message is one from its beginning, and as old as the handler takes."
+        "newest message is at most a period old. A line has up to 32 messages under way to a reader; where more came "
+        "while the handler blocked, the reader drops them, and waits up to 0.5 ms for newer ones."
     ),
     cases=[Case(name, name, "") for name in PACES],
     contenders=WAYS,

@@ -12,7 +12,8 @@ from busflow.wire.line import packets
 from busflow.wire.line.arena import Piece
 from busflow.wire.line.packets import LARGEST, Reason, Wanted
 
-_WINDOW = 32
+_WINDOW, _PIECES = 32, 2
+"""The window of `route`."""
 
 Arrived = tuple[bytes | Piece | Reason, bytes]
 """A message that has arrived: its payload and its attachment.
@@ -156,6 +157,14 @@ class Intake:
             self._on_end()
 
     # What the receiver calls.
+
+    @property
+    def holds_up(self) -> bool:
+        """Whether its sender may send no more, and so keeps newer messages back, until some are acknowledged."""
+        count, most_pieces = len(self._packets), max(self._wanted.depth, _PIECES)
+        if count + self._due >= max(self._wanted.depth, _WINDOW):
+            return True
+        return count >= most_pieces and sum(is_urgent for _, is_urgent in self._packets) >= most_pieces
 
     def acknowledge(self, count: int) -> None:
         """Note that `count` messages more are done with, the oldest first; their sender may then send others."""

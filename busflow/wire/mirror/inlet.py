@@ -86,6 +86,8 @@ class Inlet:
         self._leaving: set[bytes] = set()
         self._arrivals = arrivals
         self._emptying = self._closed = False
+        self._renewal: asyncio.TimerHandle | None = None
+        """The end of the wait for newer messages of a sender that was held up."""
         self._feeder: asyncio.Task[None] | None = None
         # Nodes of ROS 2 Humble have no hash in their keys. What comes under another hash is of a refused publisher.
         self._key = connection.key(topic.name, self._support, "*" if connection.describes_types else "")
@@ -152,9 +154,24 @@ class Inlet:
 
     def _arrive(self, session: str, arrived: Sequence[line.Arrived]) -> None:
         """Take in the messages of an intake, and begin to publish them."""
-        if not self._closed and session in self._intakes:
-            self._buffer.put(arrived, self._intakes[session])
+        if self._closed or session not in self._intakes:
+            return
+        self._buffer.put(arrived, intake := self._intakes[session])
+        if self._renewal is not None:
+            self._renewed()
+        elif not self._emptying and intake.holds_up and self._skip_overflow():
+            # What has come is stale: the sender keeps newer messages back, and learns now that it may send them.
+            self._emptying, limit_s = True, timeouts.current.newer_messages
+            self._renewal = asyncio.get_running_loop().call_later(limit_s, self._renewed)
+        else:
             self._empty()
+
+    def _renewed(self) -> None:
+        """Publish, since newer messages have come, or since none come."""
+        if self._renewal is not None:
+            self._renewal.cancel()
+            self._renewal = None
+            self._go_on()
 
     def _line_ended(self, session: str) -> None:
         """Receive by another line at once; else through Zenoh, if the session has not ended with the line."""
@@ -200,12 +217,14 @@ class Inlet:
         self._arrivals.forget(token.gid)
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
-        """Remove a remote publisher that has gone, once its messages in the buffer are published; then call `then`.
-
-        If the publisher comes back before that, it stays.
-        """
+        """Remove a gone publisher once its messages are published, and call `then`; one that comes back stays."""
         self._leaving.add(token.gid)
-        self._leave_later(token, then, _MOST_DELAYS)
+        if self._connection.lines is not None:
+            self._connection.lines.read()  # the token's end may have overtaken the line's
+        if token.gid in self._interrupted:  # the end of its line has come, and stands behind its last message
+            self._leave(token, None, 0, then, 0)
+        else:
+            self._leave_later(token, then, _MOST_DELAYS)
 
     def _leave_later(self, token: Token, then: Callable[[], None], delays_left: int) -> None:
         publisher = self._publishers.get(token.gid)
@@ -253,8 +272,9 @@ class Inlet:
     def close(self) -> None:
         """Stop receiving."""
         self._closed = True
-        if self._feeder is not None:
-            self._feeder.cancel()
+        for each in (self._feeder, self._renewal):
+            if each is not None:
+                each.cancel()
         self._late_joiners.close()
         self._unsubscribe()
         for gid in tuple(self._publishers):
@@ -319,16 +339,17 @@ class Inlet:
             self._buffer.fill()
         return len(self._buffer)
 
-    def _skip_overflow(self) -> None:
-        """Count the messages that every queue would drop at once, instead of decoding them."""
+    def _skip_overflow(self) -> bool:
+        """Count the messages that every queue would drop at once, instead of decoding them; return if any were."""
         keep = self._topic.keeps_newest
         if keep is None or len(self._buffer) <= keep:
-            return
+            return False
         skipped = self._buffer.skip(keep, self._plain)
         self.received += len(skipped)
         signed = [(attachment[GID_AT:], *SEQUENCE.unpack_from(attachment)) for attachment in skipped]
         for gid, count in Counter(gid for gid, sequence in signed if self._note(gid, sequence)).items():
             self._topic.count_overflow(self._plain[gid], count)
+        return bool(skipped)
 
     def _note(self, gid: bytes, sequence: int, *, ordered: bool = False) -> bool:
         """Record a message; return False if it is not to be published."""

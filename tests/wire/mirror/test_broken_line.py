@@ -4,6 +4,7 @@ import asyncio
 import socket
 import threading
 from contextlib import asynccontextmanager
+from math import inf
 
 import pytest
 
@@ -75,3 +76,16 @@ async def test_messages_go_on_by_another_line_and_then_through_zenoh(directory, 
         assert topic.subscriptions[0].dropped == 0
         assert topic.published + topic.losses.get("lost", 0) == talker.numbers.published
     assert capsys.readouterr().err.count("come through Zenoh from now on") == 1
+
+
+async def test_publisher_leaves_with_its_line_at_once(directory, limits):
+    """As at a kill: neither the line nor the session says goodbye."""
+    here, there = Process(Talker, "here", directory, "there"), Process(Ear, "there", directory, "here")
+    await asyncio.gather(here.graph.start(), there.graph.start())
+    await goes_on(here, there)
+    limits(departure=inf)
+    mirror = here.membership._mirror
+    mirror._lines.close()
+    mirror._session.close()
+    await until(lambda: not there.graph.bus.topics["/numbers"].publishers)
+    await asyncio.gather(here.graph.stop(), there.graph.stop())

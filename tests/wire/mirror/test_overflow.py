@@ -6,6 +6,7 @@ Tests of `inlet.py` and `arrival_buffer.py`.
 import asyncio
 import threading
 from contextlib import asynccontextmanager
+from math import inf
 
 import pytest
 
@@ -180,6 +181,17 @@ async def test_busy_handler_gets_what_its_queue_would_have_kept(receiving, node,
         newest = reader.heard[1 - len(heard) :] if node is not Newest else reader.heard[1 : len(heard)]
         assert [*reader.heard[:1], *newest] == heard
         assert accounted(topic, 13) == [13 - len(reader.heard)]
+
+
+@pytest.mark.parametrize(("count", "size"), [(2000, 1), (12, 100_000)])
+async def test_newest_message_overtakes_those_under_way(receiving, limits, count, size):
+    limits(newer_messages=inf)
+    async with receiving(Busy) as (reader, topic, source):
+        reader.meanwhile = lambda: source.publish(count, size)
+        source.publish(1)
+        await until(lambda: topic.published == count + 1 and len(reader.heard) > 1)
+        assert reader.heard == [0, count % 256]
+        assert accounted(topic, count + 1) == [count - 1]
 
 
 @pytest.mark.parametrize("node", [Busy, Newest])
