@@ -11,7 +11,6 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Coroutine, Iterator
 from functools import wraps
 from pathlib import Path
@@ -107,8 +106,8 @@ class Process:
 class Ends:
     """Processes that can reach each other."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._made = folder, list[Process]()
+    def __init__(self, directory: Path) -> None:
+        self._folder, self._made = directory, list[Process]()
 
     def __call__(self, session: str, *, folder: Path | None = None, has_packets: bool = True) -> Process:
         self._made.append(Process(folder or self._folder, session, has_packets=has_packets))
@@ -120,15 +119,8 @@ class Ends:
 
 
 @pytest.fixture
-def folder() -> Iterator[Path]:
-    """A folder whose name leaves room for that of a socket."""
-    with tempfile.TemporaryDirectory(prefix="bf") as name:
-        yield Path(name)
-
-
-@pytest.fixture
-def ends(folder: Path) -> Ends:
-    return Ends(folder)
+def ends(directory: Path) -> Ends:
+    return Ends(directory)
 
 
 async def turn(until: Callable[[], object]) -> None:
@@ -152,8 +144,8 @@ async def test_a_message_arrives_as_it_was_sent(ends):
 
 
 @on_a_loop
-async def test_who_has_the_run_directory_open_is_reached_by_that(ends, monkeypatch, folder: Path):
-    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(folder / "runs"))
+async def test_who_has_the_run_directory_open_is_reached_by_that(ends, monkeypatch, directory: Path):
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(directory / "runs"))
     run = RunDirectory.claim("a run with a long name, which leaves a socket little room" * 3)
     try:
         writer, reader = ends("aaaaaaaa01", folder=run.inside), ends("bbbbbbbb02", folder=run.path)
@@ -498,19 +490,19 @@ with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as other:
 """A program that connects as another user, and expects to be turned away."""
 
 
-def open_to_all(folder: Path) -> Path:
-    """Let every user connect to the first socket, which the folder's permissions forbid otherwise."""
-    folder.chmod(0o755)
-    path = folder / "~aaaaaaaa"
+def open_to_all(directory: Path) -> Path:
+    """Let every user connect to the first socket, which the directory's permissions forbid otherwise."""
+    directory.chmod(0o755)
+    path = directory / "~aaaaaaaa"
     path.chmod(0o666)
     return path
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
 @on_a_loop
-async def test_a_process_of_another_user_gets_no_line(ends, folder: Path):
+async def test_a_process_of_another_user_gets_no_line(ends, directory: Path):
     writer = ends("aaaaaaaa01")
-    path = open_to_all(folder)
+    path = open_to_all(directory)
     other = subprocess.Popen([sys.executable, "-c", OTHER_USER, path])  # noqa: ASYNC220  # no node runs here
     await turn(lambda: writer.log or None)
     assert other.wait() == 0  # its end follows
@@ -520,10 +512,10 @@ async def test_a_process_of_another_user_gets_no_line(ends, folder: Path):
 class OtherEnds:
     """Processes at the other ends of lines, one at a time."""
 
-    def __init__(self, folder: Path, *around: str) -> None:
+    def __init__(self, directory: Path, *around: str) -> None:
         self._started = 0
         self._server = subprocess.Popen(
-            [*around, sys.executable, NODES / "line_end.py", folder],
+            [*around, sys.executable, NODES / "line_end.py", directory],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -553,8 +545,8 @@ class OtherEnds:
 
 
 @pytest.fixture
-def others(folder: Path) -> Iterator[OtherEnds]:
-    made = OtherEnds(folder)
+def others(directory: Path) -> Iterator[OtherEnds]:
+    made = OtherEnds(directory)
     yield made
     made.close()
 
@@ -638,10 +630,10 @@ ELSEWHERE = ("unshare", "--map-root-user", "--pid", "--mount", "--fork", "--kill
 
 
 @pytest.fixture
-def contained(folder: Path) -> Iterator[OtherEnds]:
+def contained(directory: Path) -> Iterator[OtherEnds]:
     if shutil.which("unshare") is None or subprocess.run([*ELSEWHERE, "true"], capture_output=True).returncode:
         pytest.skip("this system gives a user no namespaces")
-    made = OtherEnds(folder, *ELSEWHERE)
+    made = OtherEnds(directory, *ELSEWHERE)
     yield made
     made.close()
 
