@@ -10,7 +10,6 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ParamSpec
 
 from busflow.errors import LaunchError
 from busflow.launchfile.load import arguments, override
@@ -25,8 +24,6 @@ from busflow.launchfile.model.doubts import Doubt, doubts
 from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import read_file
-
-P = ParamSpec("P")
 
 
 def examine(
@@ -62,24 +59,33 @@ def examine(
     return description, problems.sorted(map(str, files.paths))
 
 
-def _required(examine: Callable[P, Examined]) -> Callable[P, LaunchDescription]:
-    """Return a function with the same parameters that returns the description, or raises every problem."""
+def load(
+    path: str | Path,
+    *,
+    args: Mapping[str, object] | None = None,
+    assignments: Sequence[str] = (),
+    sets: Sequence[str] = (),
+    profiles: Sequence[str] = (),
+    environment: Mapping[str, str] | None = None,
+    plugins: Callable[[], Iterable[str]] = tuple,
+) -> LaunchDescription:
+    """Load a launch file; the arguments are as for `examine`.
 
-    def required(*args: P.args, **keywords: P.kwargs) -> LaunchDescription:
-        description, found = examine(*args, **keywords)
-        if found or description is None:
-            raise LaunchError(found)
-        return description
-
-    return required
-
-
-load = _required(examine)
-"""Load a launch file; the arguments are as for `examine`.
-
-Raises:
-    LaunchError: With every problem.
-"""
+    Raises:
+        LaunchError: With every problem.
+    """
+    description, found = examine(
+        path,
+        args=args,
+        assignments=assignments,
+        sets=sets,
+        profiles=profiles,
+        environment=environment,
+        plugins=plugins,
+    )
+    if found or description is None:
+        raise LaunchError(found)
+    return description
 
 
 def read_arguments(path: str | Path, environment: Mapping[str, str] | None = None) -> tuple[arguments.Argument, ...]:

@@ -163,7 +163,10 @@ class Stored:
 
     def __init__(self, arena: Arena, offset: int, size: int) -> None:
         """Create a message with one holder: the one who has written it."""
-        self.arena, self.offset, self.size, self._holders = arena, offset, size, 1
+        self.arena: Arena = arena
+        self.offset: int = offset
+        self.size: int = size
+        self._holders = 1
 
     def __len__(self) -> int:
         return self.size
@@ -211,7 +214,8 @@ class Piece:
 
     def __init__(self, arena: ForeignArena, offset: int, size: int) -> None:
         """Create a piece; the place lies within the arena."""
-        self._arena, self._offset, self.size = arena, offset, size
+        self._arena, self._offset = arena, offset
+        self.size: int = size
 
     def __len__(self) -> int:
         return self.size

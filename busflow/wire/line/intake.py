@@ -94,7 +94,7 @@ class Intake:
             on_end: called once, after the last message, when the sender has gone or the line is broken.
             line: the line that it belongs to.
         """
-        self.state = IntakeState.WHOLE
+        self.state: IntakeState = IntakeState.WHOLE
         self._number, self._line, self._wanted = number, line, wanted
         self._filled = line.filled
         self._take, self._on_end = take, on_end

@@ -53,8 +53,8 @@ class Line:
             owner: told what happens.
             log: told why a line breaks.
         """
-        self.session = session
-        self.is_open = True
+        self.session: str = session
+        self.is_open: bool = True
         self._socket, self._owner, self._log = opened, owner, log
         self._inode = os.fstat(opened.fileno()).st_ino
         self._loop = asyncio.get_running_loop()
@@ -63,7 +63,7 @@ class Line:
         self._receive: Callable[[int], bytes] = (self._stream or opened).recv
         self.transmit: Callable[[bytes], object] = (self._stream or opened).send
         """Hands a packet to the kernel; raises BlockingIOError if that has no room."""
-        self.is_known = False
+        self.is_known: bool = False
         """Whether the other end has introduced itself."""
         self._is_reading = False
         self._fault: Exception | None = None

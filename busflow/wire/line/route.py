@@ -111,8 +111,9 @@ class Route:
             wanted: the depth and overflow of the reader's deepest queue.
             carrier: the line.
         """
-        self.key, self.session = key, session
-        self.state = RouteState.READY
+        self.key: str = key
+        self.session: str = session
+        self.state: RouteState = RouteState.READY
         self.sent: int = 0
         """Number of messages that have left."""
         self.dropped: int = 0
