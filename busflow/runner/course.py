@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Collection, Sequence
-from contextlib import AsyncExitStack, ExitStack
+from contextlib import AsyncExitStack, ExitStack, suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -315,7 +315,8 @@ class Course:
         """Ask the graph to end, from another thread or before it is started; the first code holds."""
         self._asked_early = code if self._asked_early is None else self._asked_early
         if self._loop is not None:
-            self._loop.call_soon_threadsafe(self.ask_to_stop, code)
+            with suppress(RuntimeError):  # the loop has ended: nothing is left to stop
+                self._loop.call_soon_threadsafe(self.ask_to_stop, code)
 
     async def _live(self) -> None:
         try:

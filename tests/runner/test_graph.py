@@ -807,6 +807,20 @@ async def test_end_asked_before_the_start_ends_it():
     assert graph.exit_code is ExitCode.TERMINATED
 
 
+def test_end_asked_once_the_loop_is_closed_is_none():
+    """A second signal may come at the very end, which another thread passes on."""
+    made: list[Graph] = []
+
+    async def run() -> None:
+        made.append(Graph([Talker()]))
+        async with made[0]:
+            pass
+
+    asyncio.run(run())
+    made[0].course.ask_to_stop_from_thread(ExitCode.TERMINATED)
+    assert made[0].exit_code is ExitCode.OK
+
+
 @virtual_time
 async def test_end_asked_before_the_start_ends_a_waiting_node_first():
     seen: list[str] = []
