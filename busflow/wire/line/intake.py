@@ -12,9 +12,6 @@ from busflow.wire.line import packets
 from busflow.wire.line.arena import Piece
 from busflow.wire.line.packets import LARGEST, Reason, Wanted
 
-_WINDOW, _PIECES = 32, 2
-"""The window of `route`."""
-
 Arrived = tuple[bytes | Piece | Reason, bytes]
 """A message that has arrived: its payload and its attachment.
 
@@ -161,8 +158,8 @@ class Intake:
     @property
     def holds_up(self) -> bool:
         """Whether its sender may send no more, and so keeps newer messages back, until some are acknowledged."""
-        count, most_pieces = len(self._packets), max(self._wanted.depth, _PIECES)
-        if count + self._due >= max(self._wanted.depth, _WINDOW):
+        count, most_pieces = len(self._packets), self._wanted.pieces
+        if count + self._due >= self._wanted.window:
             return True
         return count >= most_pieces and sum(is_urgent for _, is_urgent in self._packets) >= most_pieces
 
@@ -192,7 +189,7 @@ class Intake:
             self._done -= messages
             self._due += 1
             self._is_urgent |= is_urgent
-        if self._due and (self._is_urgent or self._due >= max(self._wanted.depth, _WINDOW) // 2):
+        if self._due and (self._is_urgent or self._due >= self._wanted.window // 2):
             if self.state is not IntakeState.ENDED:
                 self._line.tell(packets.credit(self._number, self._due))
             self._due, self._is_urgent = 0, False

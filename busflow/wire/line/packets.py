@@ -26,6 +26,8 @@ LARGEST = 256 << 20
 """Limit of one payload in bytes."""
 MOST_BYTES = 64 * 1024
 """No packet is so large."""
+_WINDOW, _PIECES = 32, 2
+"""Least number of packets, and of them in shared memory, that a reader may have to acknowledge."""
 
 _HEAD = struct.Struct("<BI")
 _WANTED = struct.Struct("<BIIB")
@@ -82,6 +84,16 @@ class Wanted(NamedTuple):
 
     depth: int
     overflow: Overflow = Overflow.DROP_OLDEST
+
+    @property
+    def window(self) -> int:
+        """How many packets the reader may have to acknowledge."""
+        return max(self.depth, _WINDOW)
+
+    @property
+    def pieces(self) -> int:
+        """How many of them may lie in shared memory."""
+        return max(self.depth, _PIECES)
 
 
 Signed = tuple[bytes, bytes]

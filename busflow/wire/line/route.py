@@ -18,8 +18,6 @@ from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, GID_AT, SEQUENCE
 
 CLOSE_NS = 100_000
 """A message that is published within this time of the one before waits for the end of the loop's turn."""
-_WINDOW, _PIECES = 32, 2
-"""Least number of packets, and of them in shared memory, that a reader may have to acknowledge."""
 _MOST_WAITING = 64 << 20
 """Limit of the messages that wait for one reader, in bytes; a larger one waits alone."""
 
@@ -151,7 +149,7 @@ class Route:
     def change(self, wanted: Wanted) -> None:
         """Keep as much as another queue can keep."""
         self._wanted = wanted
-        self._window, self._most_pieces = max(wanted.depth, _WINDOW), max(wanted.depth, _PIECES)
+        self._window, self._most_pieces = wanted.window, wanted.pieces
         if self.state is RouteState.WAITING:
             self.flush()
 
