@@ -10,7 +10,8 @@ from typing import Protocol
 from busflow.errors import MalformedMessage
 from busflow.wire.line import packets
 from busflow.wire.line.arena import Piece
-from busflow.wire.line.packets import LARGEST, Reason, Wanted
+from busflow.wire.line.packets import Reason, Wanted
+from busflow.wire.zenoh.sender import LARGEST
 
 Arrived = tuple[bytes | Piece | Reason, bytes]
 """A message that has arrived: its payload and its attachment.

@@ -19,8 +19,9 @@ from busflow.runner.own_process import call_in_children
 from busflow.wire.line.arena import Arena, Pieces, Stored
 from busflow.wire.line.intake import Arrived, Intake
 from busflow.wire.line.line import Line
-from busflow.wire.line.packets import LARGE, Wanted
+from busflow.wire.line.packets import Wanted
 from busflow.wire.line.route import Route
+from busflow.wire.zenoh.sender import LARGE
 
 if TYPE_CHECKING:
     from busflow.log import Logger

@@ -20,10 +20,6 @@ SMALL = 1536
 """The largest size of a message that leaves together with others, in bytes."""
 MOST_TOGETHER = 32
 """Limit of the messages that leave as one packet."""
-LARGE = 48 * 1024
-"""Payloads beyond this size lie in shared memory, or travel in parts of this size. The size is in bytes."""
-LARGEST = 256 << 20
-"""Limit of one payload in bytes."""
 MOST_BYTES = 64 * 1024
 """No packet is so large."""
 _WINDOW, _PIECES = 32, 2

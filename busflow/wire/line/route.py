@@ -13,8 +13,9 @@ from busflow.bus.qos import Overflow
 from busflow.errors import MalformedMessage
 from busflow.wire.line import packets
 from busflow.wire.line.arena import Stored
-from busflow.wire.line.packets import LARGE, MOST_TOGETHER, SMALL, Kind, Reason, Wanted
+from busflow.wire.line.packets import MOST_TOGETHER, SMALL, Kind, Reason, Wanted
 from busflow.wire.zenoh.keys import ATTACHMENT_BYTES, GID_AT, SEQUENCE
+from busflow.wire.zenoh.sender import LARGE
 
 CLOSE_NS = 100_000
 """A message that is published within this time of the one before waits for the end of the loop's turn."""

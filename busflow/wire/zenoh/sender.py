@@ -14,7 +14,9 @@ from collections.abc import Callable
 from busflow import timeouts
 
 LARGE = 48 * 1024
-"""Payloads of this size and more leave through the sender, in bytes; Zenoh itself cuts payloads beyond 64 KiB."""
+"""Payloads of this size and more leave through the sender, in bytes; Zenoh itself cuts payloads beyond 64 KiB.
+On a line they lie in shared memory, or travel in parts of this size.
+"""
 DEPTH = 1024
 """Limit of the waiting calls; the oldest is dropped for a new one."""
 MOST_BYTES = 64 * 1024 * 1024

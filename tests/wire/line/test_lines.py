@@ -22,9 +22,10 @@ from busflow.bus.qos import Overflow
 from busflow.log import Logger
 from busflow.wire.line.arena import Piece, Pieces
 from busflow.wire.line.lines import Lines
-from busflow.wire.line.packets import LARGE, Reason, Wanted
+from busflow.wire.line.packets import Reason, Wanted
 from busflow.wire.zenoh.keys import Attachment, attachment_bytes
 from busflow.wire.zenoh.run_directory import RunDirectory
+from busflow.wire.zenoh.sender import LARGE
 
 NODES = Path(__file__).parents[2] / "nodes"
 KEY = "0/chatter/std_msgs::msg::dds_::String_/RIHS01_00"

@@ -11,9 +11,10 @@ from busflow.bus.qos import Overflow
 from busflow.errors import MalformedMessage
 from busflow.wire.line import packets
 from busflow.wire.line.arena import Arena, Stored
-from busflow.wire.line.packets import LARGE, PAYLOAD_AT, SMALL, Kind, Reason, Wanted
+from busflow.wire.line.packets import PAYLOAD_AT, SMALL, Kind, Reason, Wanted
 from busflow.wire.line.route import CLOSE_NS, NEXT, Route, RouteEvent, RouteState
 from busflow.wire.zenoh.keys import Attachment, attachment_bytes
+from busflow.wire.zenoh.sender import LARGE
 
 GIDS = (b"a" * 16, b"b" * 16)
 WINDOW = 32
