@@ -262,7 +262,7 @@ class Outlet:
         self.sent += 1
         if self._lines is not None and self._routes:
             self._lines.send(self.key, payload, attachment, now_ns)
-        if self._matched or self._humble is not None:
+        if self._by_zenoh:
             self._put(payload if isinstance(payload, bytes) else payload.joined, attachment)
 
     def _put(self, payload: bytes, attachment: bytes) -> None:
