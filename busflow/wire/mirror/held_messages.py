@@ -20,34 +20,49 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 
+def ask_processes(connection: Connection, on_end: Callable[[bool], None]) -> None:
+    """Query every process of the run; each answers after it has admitted the publishers that were shown before.
+
+    Args:
+        connection: the session in which the query is sent.
+        on_end: called on the loop when all processes have answered (True), or after a second.
+    """
+    all_answered = True
+
+    def on_reply(reply: zenoh.Reply) -> None:
+        nonlocal all_answered
+        all_answered = all_answered and reply.ok is not None
+
+    callback: Any = zenoh.handlers.Callback(
+        on_reply, drop=lambda: connection.on_loop(on_end, all_answered), indirect=False
+    )
+    connection.session.get(
+        f"{QUERY_PREFIX}/*/run",
+        callback,
+        payload="{}",
+        congestion_control=zenoh.CongestionControl.DROP,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        allowed_destination=zenoh.Locality.REMOTE,
+        timeout=timeouts.current.held_messages,
+    )
+
+
 class HeldMessages:
     """Encoded messages of one publisher, held until every process has answered a query or a second has passed."""
 
     def __init__(self, connection: Connection, room: int, on_end: Callable[[bool], None]) -> None:
-        """Query every process of the run; each answers after it has admitted the publishers that were shown before.
+        """Query every process of the run, and hold what is added.
 
         Args:
             connection: the session in which the query is sent.
             room: how many messages may be held; beyond that, the oldest is dropped for a new one.
-            on_end: called on the loop when all processes have answered (True), or after a second.
+            on_end: as for `ask_processes`.
         """
         self.dropped: int = 0
         self._most = min(room, DEPTH)
         self._messages: deque[Signed] = deque()
         self._bytes = 0
-        self._all_answered = True
-        callback: Any = zenoh.handlers.Callback(
-            self._on_reply, drop=lambda: connection.on_loop(on_end, self._all_answered), indirect=False
-        )
-        connection.session.get(
-            f"{QUERY_PREFIX}/*/run",
-            callback,
-            payload="{}",
-            congestion_control=zenoh.CongestionControl.DROP,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            allowed_destination=zenoh.Locality.REMOTE,
-            timeout=timeouts.current.held_messages,
-        )
+        ask_processes(connection, on_end)
 
     def add(self, payload: bytes, attachment: bytes) -> None:
         """Hold one more message."""
@@ -62,6 +77,3 @@ class HeldMessages:
         messages = tuple(self._messages)
         self._messages.clear()
         return messages
-
-    def _on_reply(self, reply: zenoh.Reply) -> None:
-        self._all_answered = self._all_answered and reply.ok is not None

@@ -29,7 +29,7 @@ from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.runner.service_events import SUFFIX
 from busflow.wire.line.lines import Lines
 from busflow.wire.mirror.connection import Connection
-from busflow.wire.mirror.held_messages import HeldMessages
+from busflow.wire.mirror.held_messages import ask_processes
 from busflow.wire.mirror.inlet import remote_endpoint
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import RemotePublishers
@@ -409,7 +409,7 @@ class Mirror(BusObserver):
         """Let processes look at their lines that receive a topic no more: a plugin may have closed the descriptors."""
         self._reminder = None
         if self._loop is not None and self._unreached():
-            HeldMessages(self._connection, 0, lambda _answered: None)  # asks all processes, each of which looks first
+            ask_processes(self._connection, lambda _answered: None)  # each looks at its lines before it answers
 
     def _on_loop(self, work: Any, *arguments: Any) -> None:
         """Call a function on the event loop, from any thread."""
