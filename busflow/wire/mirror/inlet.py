@@ -45,7 +45,7 @@ _BULKY_RING = 16
 """Number for images, clouds and maps: 256 of them would take gigabytes."""
 _MOST_RING = 4096
 """The largest number, for subscriptions with a large depth."""
-_MOST_DELAYS = 20
+_MOST_DELAYS = 21
 """Limit of such times in a row; each but the first follows one in which a message of the publisher arrived."""
 _TOKENS_TAKE = 4
 """Number of such times until the tokens of a process that has ended are gone, also on a busy machine."""
@@ -144,7 +144,7 @@ class Inlet:
 
     @property
     def _wanted(self) -> Wanted:
-        """What the deepest queue keeps; a tap, e.g. of a recording, takes as much as it can."""
+        """The depth and overflow of the deepest queue; a tap, e.g. of a recording, takes as much as the buffer."""
         qos = [each.endpoint.qos for each in self._topic.subscriptions]
         depth = max(
             self._buffer.depth if self._topic.taps else self._topic.keeps_newest or 1, *(each.depth for each in qos)
@@ -160,7 +160,7 @@ class Inlet:
         if self._renewal is not None:
             self._renewed()
         elif not self._emptying and intake.holds_up and self._skip_overflow():
-            # What has come is stale: the sender keeps newer messages back, and learns now that it may send them.
+            # These messages are stale: the sender keeps newer ones back, and learns now that it may send them.
             self._emptying, limit_s = True, timeouts.current.newer_messages
             self._renewal = asyncio.get_running_loop().call_later(limit_s, self._renewed)
         else:
@@ -219,29 +219,20 @@ class Inlet:
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
         """Remove a gone publisher once its messages are published, and call `then`; one that comes back stays."""
         self._leaving.add(token.gid)
-        if self._connection.lines is not None:
-            self._connection.lines.read()  # the token's end may have overtaken the line's
-        if token.gid in self._interrupted:  # the end of its line has come, and stands behind its last message
-            self._leave(token, None, 0, then, 0)
-        else:
-            self._leave_later(token, then, _MOST_DELAYS)
+        self._leave(token, then, _MOST_DELAYS, -1)
 
-    def _leave_later(self, token: Token, then: Callable[[], None], delays_left: int) -> None:
-        publisher = self._publishers.get(token.gid)
-        seen = 0 if publisher is None else publisher.published
-        loop = asyncio.get_running_loop()
-        loop.call_later(timeouts.current.departure, self._leave, token, publisher, seen, then, delays_left)
-
-    def _leave(
-        self, token: Token, publisher: Publisher[Any] | None, seen: int, then: Callable[[], None], delays_left: int
-    ) -> None:
+    def _leave(self, token: Token, then: Callable[[], None], delays_left: int, seen: int) -> None:
+        """Remove it if its line has ended, or if nothing has come since it had published `seen` messages; else wait."""
         if self._closed or token.gid not in self._leaving:
             return
         if self._connection.lines is not None:
-            self._connection.lines.read()  # its last messages may wait behind others there
-        arriving = delays_left > 0 and publisher is not None and publisher.published != seen
-        if arriving or self._emptying:
-            self._leave_later(token, then, max(0, delays_left - 1))
+            self._connection.lines.read()  # its last messages, or the end of its line, may wait there
+        publisher = self._publishers.get(token.gid)
+        published = 0 if publisher is None else publisher.published
+        is_quiet = token.gid in self._interrupted or published == seen or not delays_left
+        if self._emptying or not is_quiet:
+            delay_s, left = timeouts.current.departure, max(0, delays_left - 1)
+            asyncio.get_running_loop().call_later(delay_s, self._leave, token, then, left, published)
             return
         self._leaving.discard(token.gid)
         self._ignored.discard(token.gid)
