@@ -10,9 +10,10 @@ and of messages read by the descriptions that the run offers.
   passes work to the loop.
 - Between processes of a machine messages go by `line`, unless their publisher keeps them; to all others they go through
   Zenoh, large ones from the thread of a `sender`, so that a slow link never holds up the loop.
-- `mirror/remote_publishers` admits publishers of other processes, as far as they fit, through one `inlet` a topic: a
-  ring that loses its oldest (`mirror/arrival_buffer`), a thread that waits for it to fill, and messages that are
-  published a few at a time as the nodes keep up. `mirror/late_joiners` asks publishers for more kept messages, if a
+- `mirror/remote_publishers` admits publishers of other processes, as far as they fit, through one `inlet` a topic.
+  Its buffer (`mirror/arrival_buffer`) gets messages of lines from the loop, and messages of Zenoh from the thread of a
+  `mirror/zenoh_feed`, whose ring loses its oldest. The inlet publishes a few at a time as the nodes keep up, and skips
+  those that no queue would keep. `mirror/late_joiners` asks publishers for more kept messages, if a
   subscription wants more than the inlet asked for.
 - `client/client` joins a run: one of this machine (`zenoh/run_directory`), or one on others (`machines/remote`). The
   run forwards messages between two clients. A `listener` receives for an echo; a `speaker` publishes.

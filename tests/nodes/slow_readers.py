@@ -23,7 +23,7 @@ from busflow.msgs.std_srvs import Trigger
 KINDS: dict[str, tuple[Any, int, int]] = {"small": (Int64, 3, 400), "large": (Image, 1, 40)}
 """Of each size the type, the depth of its slow reader, and the last number."""
 WAYS = ("awaits", "blocks", "late", "stopped", "killed", "reborn")
-"""The topics of each reader; the reader that is killed reads those of `reborn` too, which it gets in its next life."""
+"""The topics of each reader. The reader that is killed reads the topics of `reborn` too, from its next start on."""
 TOPICS = [(overflow, size) for overflow in ("drop_oldest", "drop_newest") for size in KINDS]
 BYTES = 70_000
 PATIENCE_S = 100.0
