@@ -6,6 +6,7 @@ import asyncio
 from collections import Counter, deque
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from threading import Lock
 from typing import TypeVar
 
@@ -76,7 +77,8 @@ class Inbox:
                 return
             self._armed = True
             loop = self._loop
-        loop.call_soon_threadsafe(self._drain)
+        with suppress(RuntimeError):  # the loop is closed: what waits is counted, or dropped by `close`
+            loop.call_soon_threadsafe(self._drain)
 
     def call(self, function: Callable[[], R]) -> R:
         """Call a function on the loop, from another thread, and wait for its result or exception.
@@ -97,7 +99,10 @@ class Inbox:
             loop = self._loop
         if loop is None:
             raise NotRunning("the graph's event loop is not running")
-        loop.call_soon_threadsafe(answer)
+        try:
+            loop.call_soon_threadsafe(answer)
+        except RuntimeError:  # it is closed
+            raise NotRunning("the graph's event loop has ended") from None
         try:
             return future.result(timeouts.current.thread_call)
         except TimeoutError:

@@ -8,11 +8,11 @@ import pytest
 
 from busflow.bus.bus import Bus, BusObserver
 from busflow.bus.endpoint import Endpoint
-from busflow.bus.inbox import INBOX_DEPTH
+from busflow.bus.inbox import INBOX_DEPTH, INBOX_DROPPED
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
 from busflow.bus.subscription import Subscription
-from busflow.clock import SimClock
+from busflow.clock import SimClock, SystemClock
 from busflow.errors import IncompatibleQoS, IncompatibleType, NotRunning
 from busflow.msgs.std_msgs import Int64, String
 from busflow.testing import virtual_time
@@ -170,6 +170,22 @@ async def test_messages_from_threads_after_the_end_are_counted(make_bench):
     assert queued(subscription) == []
     assert (bench.bus.inbox.taken, bench.bus.inbox.dropped) == (0, 2)
     assert bench.bus.topics[publisher.topic].statistics().losses == {"inbox_dropped": 2}
+
+
+def test_threads_may_use_a_bus_whose_loop_is_closed(golden):
+    """A thread may come between the end of the loop and that of the bus."""
+    bus = Bus(SystemClock())
+
+    async def open_it():
+        bus.open()
+
+    asyncio.run(open_it())
+    bus.inbox.put(losses := Counter(), lambda: 1 / 0)
+    assert bus.inbox.statistics().waiting == 1
+    with golden.raises(NotRunning):
+        bus.inbox.call(list)
+    bus.close()
+    assert (losses, bus.inbox.statistics().waiting) == ({INBOX_DROPPED: 1}, 0)
 
 
 @virtual_time

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -168,15 +168,19 @@ class _LoopControls:
     def toggle(self) -> None:
         """Pause or resume."""
         clock = self._playing.clock
-        self._loop.call_soon_threadsafe(clock.resume if clock.is_paused else clock.pause)
+        self._call(clock.resume if clock.is_paused else clock.pause)
 
     def step(self) -> None:
         """Play one message, while paused."""
-        self._loop.call_soon_threadsafe(self._step)
+        self._call(self._step)
 
     def pace(self, factor: float) -> None:
         """Play faster or slower."""
-        self._loop.call_soon_threadsafe(self._playing.clock.set_rate, self._playing.clock.rate * factor)
+        self._call(self._playing.clock.set_rate, self._playing.clock.rate * factor)
+
+    def _call(self, act: Callable[..., object], *arguments: float) -> None:
+        with suppress(RuntimeError):  # the loop has ended: everything is played
+            self._loop.call_soon_threadsafe(act, *arguments)
 
     def _step(self) -> None:
         task = self._loop.create_task(self._playing.play_next())

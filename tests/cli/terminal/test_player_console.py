@@ -1,14 +1,19 @@
 """The console of a player: its keys and its bar."""
 
+import asyncio
 import io
 import os
 import pty
 import termios
 import threading
+from types import SimpleNamespace
 
 from busflow.cli.bag.play_alone import _GraphControls
+from busflow.cli.bag.play_into import _LoopControls
 from busflow.cli.terminal.player_console import Console, PlayerState
+from busflow.clock import SystemClock
 from busflow.recording.player.player import Player
+from busflow.recording.player.playing import Playing
 from busflow.runner.graph import Graph
 
 
@@ -53,6 +58,20 @@ def test_idle_player_has_no_bar_and_ignores_keys(tmp_path):
     assert console.line(80) == ""
     console.press(b" s\x1b[A")
     assert (player.parameters.paused, player.parameters.rate) == (False, 1.0)
+
+
+def test_keys_are_ignored_once_the_loop_of_a_played_recording_is_closed():
+    loop = asyncio.new_event_loop()
+    span = SimpleNamespace(start_ns=0, end_ns=1)
+
+    async def publish(_entry):
+        raise AssertionError("nothing is played")
+
+    playing = Playing(span, SystemClock(), publish)
+    console = Console(_LoopControls(loop, playing))
+    loop.close()
+    console.press(b" s\x1b[A")
+    assert (playing.clock.is_paused, playing.clock.rate, playing.played) == (False, 1.0, 0)
 
 
 class Terminal(io.StringIO):
