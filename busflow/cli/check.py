@@ -30,7 +30,7 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @launch_file(rest="[FILE | NAME:=VALUE]...")
 @click.option("--machine", metavar="NAME", help="Check it as this machine of the file would run it.")
-@click.option("--strict", is_flag=True, help="Make unmatched subscriptions and clients errors.")
+@click.option("--strict", is_flag=True, help="Make unmatched ends and doubts about robots errors.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("-v", "--verbose", is_flag=True, help="Also list unmatched publishers.")
 def check(source: LaunchSource, machine: str | None, strict: bool, as_json: bool, verbose: bool) -> int:

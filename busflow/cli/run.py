@@ -41,7 +41,7 @@ Examples:
     "--record-topics", metavar="PATTERN", multiple=True, help="Record only these topics and services: /imu/*, /arm/**."
 )
 @click.option("--log-format", type=click.Choice(["console", "json"]), default="console", show_default=True)
-@click.option("--strict", is_flag=True, help="Make unmatched subscriptions and clients errors.")
+@click.option("--strict", is_flag=True, help="Make unmatched ends and doubts about robots errors.")
 @click.option("--run", "name", metavar="NAME", help="The name of the run for other terminals; else its name in FILE.")
 @click.option("--no-inspect", is_flag=True, help="Do not let other terminals inspect the run.")
 @click.option(

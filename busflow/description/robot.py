@@ -7,6 +7,7 @@ from enum import StrEnum
 from functools import cached_property
 from math import cos, sin
 
+from busflow.errors import Problem
 from busflow.frames.rigid import Rigid, Rotation, Vector, multiply, rotate
 
 
@@ -91,3 +92,5 @@ class Robot:
     joints: tuple[Joint, ...]
     text: str
     """The file that describes it."""
+    doubts: tuple[Problem, ...] = ()
+    """What is doubtful in the file, as warnings; where the links are does not depend on it."""

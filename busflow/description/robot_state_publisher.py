@@ -55,6 +55,7 @@ class RobotStatePublisher(Node):
             self.robot: Robot = read_robot(around.folder / self.parameters.description, around.packages)
         except LaunchError as error:
             raise LaunchError([_stated_at(place, each) for each in error.problems]) from None
+        runtime_of(self).doubts += [_stated_at(place, each) for each in self.robot.doubts]
 
     async def start(self) -> None:
         """Publish the description and what never moves, once: both topics keep it for whatever comes later."""

@@ -1,28 +1,28 @@
 """Reads a robot from its URDF file; every mistake is a problem at its line.
 
-Links and joints make one tree, and each mesh and texture exists. What simulators and drivers read beside that
-(`gazebo`, `transmission`, `ros2_control`) is left alone.
+Links and joints make one tree. What simulators and drivers read beside that (`gazebo`, `transmission`, `ros2_control`)
+is left alone. A mesh that is not there is a warning: where the links are does not depend on it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from math import isfinite, sqrt
+from math import hypot
 from pathlib import Path
-from typing import cast
 
 from busflow.description.packages import SCHEME, package_file
+from busflow.description.parts import check_parts, version_of
+from busflow.description.reading import Reading
 from busflow.description.robot import MOVES, Joint, JointKind, Robot
 from busflow.description.xml_file import Element, XmlFile
-from busflow.errors import LaunchError, NoSuchTarget, Problem
-from busflow.frames.rigid import Rigid, Vector, from_rpy
+from busflow.errors import LaunchError, NoSuchTarget
+from busflow.frames.rigid import Rigid, Rotation, Vector, from_rpy
 from busflow.text import did_you_mean, printable, quoted
 
 MOST_PARTS = 1000
 """The most links, and joints; a humanoid with two hands has some hundred."""
-MOST_PROBLEMS = 100
 MOST_MIMICS = 32
 """The most joints over which one mimics another."""
 _LIMITED = {JointKind.REVOLUTE, JointKind.PRISMATIC}
@@ -41,20 +41,20 @@ def read_robot(path: Path, packages: Mapping[str, Path]) -> Robot:
     Raises:
         LaunchError: With every mistake in it.
     """
-    file = XmlFile(path)
-    reader = _Reader(file, packages)
-    robot = reader.robot()
-    if reader.problems:
-        raise LaunchError(reader.problems)
-    return robot
+    reading = Reading(XmlFile(path))
+    robot = _Reader(reading, packages).robot()
+    if reading.problems:
+        raise LaunchError(reading.problems)
+    return replace(robot, doubts=reading.doubts)
 
 
 class _Reader:
     """Reads the elements of one file and collects the problems."""
 
-    def __init__(self, file: XmlFile, packages: Mapping[str, Path]) -> None:
-        self.problems: list[Problem] = []
-        self._file, self._packages = file, packages
+    def __init__(self, reading: Reading, packages: Mapping[str, Path]) -> None:
+        self._reading, self._file, self._report = reading, reading.file, reading.report
+        self._packages = packages
+        self._version = 0
         self._links: dict[str, Element] = {}
         self._joints: dict[str, Element] = {}
         self._joint_of: dict[str, Joint] = {}
@@ -69,13 +69,15 @@ class _Reader:
             message = f"the file holds a {printable(root.tag, limit=100)}, not a robot"
             self._report("no-robot", message, "a URDF file begins with <robot name=…>", root)
             return Robot("", "", (), "")
+        self._version = version_of(root, self._reading)
         self._links = self._named(root, "link")
         if not self._links:
             self._report("no-link", "the robot has no link", 'add <link name="base_link"/>', root)
         self._joints = self._named(root, "joint")
         joints = [self._joint(name, element) for name, element in self._joints.items()]
         joints = self._with_sources([each for each in joints if each is not None])
-        if not self.problems:
+        check_parts(root, self._version, self._reading)
+        if not self._reading.problems:
             self._check_tree()
         self._check_files(root)
         roots = (link for link in self._links if link not in self._joint_of)
@@ -119,7 +121,8 @@ class _Reader:
     def _joint(self, name: str, element: Element) -> Joint | None:
         kind = self._kind(name, element)
         parent, child = (self._end(name, element, tag) for tag in ("parent", "child"))
-        origin, axis = self._origin(element), self._axis(name, element)
+        origin = self._origin(element)
+        axis = self._axis(name, element) if kind in MOVES else (1.0, 0.0, 0.0)
         if kind is None or parent is None or child is None:
             return None
         self._check_limit(name, kind, element)
@@ -161,60 +164,53 @@ class _Reader:
         origin = element.first("origin")
         if origin is None:
             return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-        return (*self._triple(origin, "xyz"), *from_rpy(*self._triple(origin, "rpy")))
+        return (*self._triple(origin, "xyz", "0 0 0"), *self._rotation(origin))
+
+    def _rotation(self, origin: Element) -> Rotation:
+        """Return the rotation, which files of version 1.1 or later may state as a quaternion."""
+        if "quat_xyzw" not in origin.attributes:
+            return from_rpy(*self._triple(origin, "rpy", "0 0 0"))
+        numbers = self._reading.numbers(origin, "quat_xyzw", "0 0 0 1")
+        if numbers is not None and not any(numbers):
+            message, fix = "four zeros are no rotation", 'write quat_xyzw="0 0 0 1"'
+            self._report("bad-number", message, fix, origin, "quat_xyzw")
+            numbers = None
+        x, y, z, w = _unit(numbers or (0.0, 0.0, 0.0, 1.0))
+        return (x, y, z, w)
 
     def _axis(self, name: str, element: Element) -> Vector:
         axis = element.first("axis")
         if axis is None:
             return (1.0, 0.0, 0.0)
-        x, y, z = self._triple(axis, "xyz", default="1 0 0")
-        length = sqrt(x * x + y * y + z * z)
-        if not length:
+        vector = self._triple(axis, "xyz", "1 0 0") if "xyz" in axis.attributes else (0.0, 0.0, 0.0)
+        if not any(vector):
             message = f"the axis of the joint {quoted(name)} has no direction"
             self._report("no-axis", message, 'write a direction: xyz="0 0 1"', axis, "xyz")
             return (1.0, 0.0, 0.0)
-        return (x / length, y / length, z / length)
+        x, y, z = _unit(vector)
+        return (x, y, z)
+
+    def _triple(self, element: Element, attribute: str, default: str) -> Vector:
+        x, y, z = self._reading.numbers(element, attribute, default) or (0.0, 0.0, 1.0)
+        return (x, y, z)
 
     def _check_limit(self, name: str, kind: JointKind, element: Element) -> None:
         limit = element.first("limit")
-        if kind in _LIMITED and limit is None:
+        if kind not in _LIMITED:
+            return
+        if limit is None:
             fix = "add <limit lower=… upper=… effort=… velocity=…/>"
             if kind is JointKind.REVOLUTE:
                 fix += ', or make it type="continuous"'
             self._report("no-limit", f"the {kind} joint {quoted(name)} has no limits", fix, element, "type")
-        elif kind in _LIMITED and limit is not None:
-            lower, upper = self._number(limit, "lower"), self._number(limit, "upper")
-            if lower > upper:
-                message = f"the joint {quoted(name)} has the limits {lower:g} to {upper:g}"
-                self._report("limits", message, "lower comes first: exchange them", limit, "lower")
-
-    # Numbers.
-
-    def _triple(self, element: Element, attribute: str, default: str = "0 0 0") -> Vector:
-        values = [self._parsed(element, attribute, each) for each in element.attributes.get(attribute, default).split()]
-        if len(values) != 3:
-            message = f"{attribute} is three numbers, and here are {len(values)}"
-            self._report("bad-number", message, f'write {attribute}="{default}"', element, attribute)
-        elif None not in values:
-            x, y, z = cast("list[float]", values)
-            return (x, y, z)
-        return (0.0, 0.0, 1.0)
-
-    def _number(self, element: Element, attribute: str, default: float = 0.0) -> float:
-        stated = element.attributes.get(attribute)
-        return default if stated is None else self._parsed(element, attribute, stated) or 0.0
-
-    def _parsed(self, element: Element, attribute: str, text: str) -> float | None:
-        """Return a finite number; report any other text, and return None."""
-        try:
-            value = float(text)
-        except ValueError:
-            value = float("nan")
-        if isfinite(value) and "_" not in text:
-            return value
-        fix = "xacro's ${…} is expanded first: xacro robot.xacro > robot.urdf" if "${" in text else None
-        self._report("bad-number", f"{quoted(text)} is not a finite number", fix, element, attribute)
-        return None
+            return
+        if self._version > 1 and (missing := {"lower", "upper"} - limit.attributes.keys()):
+            message = f"the {kind} joint {quoted(name)} has no limit {' and '.join(sorted(missing))}"
+            self._report("no-limit", message, "version 1.2 needs lower and upper", limit)
+        lower, upper = self._reading.number(limit, "lower"), self._reading.number(limit, "upper")
+        if lower > upper:
+            message = f"the joint {quoted(name)} has the limits {lower:g} to {upper:g}"
+            self._report("limits", message, "lower comes first: exchange them", limit, "lower")
 
     # Joints that mimic others.
 
@@ -227,8 +223,8 @@ class _Reader:
     def _with_source(self, joint: Joint, joints: Mapping[str, Joint], stated: Mapping[str, Element]) -> Joint:
         path, multiplier, offset = [joint.name], 1.0, 0.0
         while (mimic := stated.get(path[-1])) is not None:
-            offset += multiplier * self._number(mimic, "offset")
-            multiplier *= self._number(mimic, "multiplier", 1.0)
+            offset += multiplier * self._reading.number(mimic, "offset")
+            multiplier *= self._reading.number(mimic, "multiplier", 1.0)
             source = mimic.attributes.get("joint", "")
             if source in path:
                 if source == joint.name == next(name for name in self._joints if name in path):  # once for each loop
@@ -283,7 +279,7 @@ class _Reader:
     # Files.
 
     def _check_files(self, root: Element) -> None:
-        """Report meshes and textures of links and materials that are not there."""
+        """Warn of meshes and textures of links and materials that are not there."""
         for part in (*root.all("link"), *root.all("material")):
             for each in part.within():
                 if each.tag in {"mesh", "texture"}:
@@ -291,24 +287,26 @@ class _Reader:
 
     def _check_file(self, element: Element) -> None:
         address = element.attributes.get("filename", "")
+        message, fix = "", None
         if address.startswith(SCHEME):
             try:
                 package_file(address, self._packages)
             except NoSuchTarget as error:
                 name = printable(address.removeprefix(SCHEME).partition("/")[0], limit=100)
+                message = str(error)
                 fix = None if name in self._packages else f"name its folder there: packages: {{{name}: ../{name}}}"
-                self._report("missing-file", str(error), fix, element, "filename")
         elif address.startswith("file:///"):
             if not Path(address.removeprefix("file://")).is_file():
-                self._report("missing-file", f"there is no file {quoted(address)}", None, element, "filename")
+                message = f"there is no file {quoted(address)}"
         elif not address.startswith(_REMOTE):
             message = f"no viewer finds {quoted(address)}: it does not say in which package"
             fix = "write package://my_robot/PATH, and in the launch file packages: {my_robot: FOLDER}"
-            self._report("missing-file", message, fix, element, "filename")
+        if message:
+            self._reading.doubt("missing-file", message, fix, element, "filename")
 
-    def _report(self, code: str, message: str, fix: str | None, element: Element, attribute: str | None = None) -> None:
-        problem = Problem(code, message, fix, self._file.place(element, attribute))
-        if problem not in self.problems:
-            self.problems.append(problem)
-        if len(self.problems) == MOST_PROBLEMS:  # more do not help, and a hostile file has thousands
-            raise LaunchError(self.problems)
+
+def _unit(numbers: Sequence[float]) -> Sequence[float]:
+    """Return numbers that are not all zero at a length of 1, however large or small they are."""
+    largest = max(map(abs, numbers))
+    length = hypot(*(each / largest for each in numbers))
+    return [each / largest / length for each in numbers]

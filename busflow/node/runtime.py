@@ -15,7 +15,7 @@ from busflow.bus.services.server import RequestHandler, Server
 from busflow.bus.statistics import NodeStatistics
 from busflow.bus.subscription import MessageHandler, Subscription
 from busflow.bus.timer import Missed, Timer, TimerHandler
-from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
+from busflow.errors import BusflowError, InvalidDeclaration, NotRunning, Problem
 from busflow.interfaces.message import Message
 from busflow.log import Logger
 from busflow.node.callbacks import EventHandler, ParameterHandler
@@ -68,6 +68,8 @@ class NodeRuntime:
         self.parameter_events: ParameterEvents
         """Exists from `declare` on."""
         self.used_remaps: set[str] = set()
+        self.doubts: list[Problem] = []
+        """Warnings of what `declare` has read; the check before the start reports them."""
         self.on_connect: list[Callable[[Bus], None]] = []
         """Called with the bus once the endpoints are connected to it."""
         self._surroundings: Surroundings | None = None

@@ -1,5 +1,6 @@
-"""Robots in URDF: each mistake is found before the start, at its line: `urdf.py`, `xml_file.py` and `packages.py`.
+"""Robots in URDF: each mistake is found before the start, at its line.
 
+`urdf.py`, `parts.py`, `reading.py`, `xml_file.py` and `packages.py`.
 `link_frame.py` is tested with the node that uses it.
 """
 
@@ -11,10 +12,12 @@ import pytest
 
 from busflow import Graph
 from busflow.description.packages import package_file
+from busflow.description.reading import MOST_PROBLEMS
 from busflow.description.robot import JointKind
-from busflow.description.urdf import MOST_MIMICS, MOST_PARTS, MOST_PROBLEMS, read_robot
+from busflow.description.urdf import MOST_MIMICS, MOST_PARTS, read_robot
 from busflow.description.xml_file import MOST_BYTES, MOST_DEPTH
-from busflow.errors import LaunchError, NoSuchTarget, Problem
+from busflow.errors import LaunchError, NoSuchTarget, Problem, Severity
+from busflow.frames.rigid import from_rpy
 from busflow.launchfile.load.load import load
 from tests.golden import Golden
 
@@ -46,6 +49,19 @@ WRIST = joint(name="wrist", type="fixed", ends="arm hand")
 MESH = '<link name="extra"><visual><geometry><mesh filename="{}"/></geometry></visual></link>' + joint(
     name="extra", ends="base extra"
 )
+
+
+def of_version(version: str, *lines: str) -> str:
+    """A robot of a version, with its wrist."""
+    return robot(*lines, WRIST).replace("name='r'", f"name='r' version='{version}'")
+
+
+def drawn(shape: str = '<sphere radius="1"/>', *, part: str = "visual", version: str = "1.2") -> str:
+    """A robot whose link `extra` is drawn as a shape."""
+    end = part.removeprefix("@")
+    link = f'<link name="extra"><{part}><geometry>{shape}</geometry></{end}></link>'
+    return of_version(version, joint(), link + joint(name="extra", type="fixed", ends="base extra"))
+
 
 BROKEN: dict[str, str] = {
     "an open element": "<robot>\n<link name='a'>\n</@robot>",
@@ -89,12 +105,57 @@ BROKEN: dict[str, str] = {
         links=" ".join(f"l{n}" for n in range(MOST_MIMICS + 2)),
     ),
     "too many links": robot(*(f'<link name="l{n}"/>' for n in range(MOST_PARTS)), '<@link name="more"/>', links=""),
+    "an unknown version": robot(joint(), WRIST).replace("name='r'", "name='r' version='@1.3'"),
+    "a version without a dot": robot(joint(), WRIST).replace("name='r'", "name='r' version='@1'"),
+    "a quaternion before version 1.1": robot(joint('<origin quat_xyzw="@0 0 1 0"/>'), WRIST),
+    "a capsule before version 1.1": drawn('<@capsule radius="1" length="1"/>', version="1.0"),
+    "two rotations": of_version("1.1", joint('<origin rpy="0 0 1" quat_xyzw="@0 0 1 0"/>')),
+    "three numbers of a quaternion": of_version("1.1", joint('<origin quat_xyzw="@0 0 1"/>')),
+    "a quaternion of zeros": of_version("1.2", joint('<origin quat_xyzw="@0 0 0 0"/>')),
+    "an unknown attribute of an origin": robot(joint('<origin quat="@0 0 1 0"/>'), WRIST),
+    "an unknown attribute of an axis": robot(joint('<axis xyz="1 0 0" xzy="@0 0 1"/>'), WRIST),
+    "an unknown attribute of a mimic": robot(
+        joint(), joint('<mimic joint="elbow" ofset="@1"/>', name="wrist", ends="arm hand")
+    ),
+    "an unknown element of a joint": robot(joint("<@orgin xyz='1 0 0'/>"), WRIST),
+    "an element of another language": robot(joint("<@pose/>"), WRIST),
+    "an element in an origin": robot(joint("<origin><@xyz/></origin>"), WRIST),
+    "an origin of a link": robot(
+        joint(), '<link name="x"><@origin xyz="0 0 1"/></link>' + joint(name="x", ends="arm x")
+    ).replace('<link name="hand"/>', ""),
+    "two origins": robot(joint('<origin xyz="0 0 1"/><@origin xyz="0 0 2"/>'), WRIST),
+    "an axis without numbers": robot(joint("<@axis/>"), WRIST),
+    "digits of another script": robot(joint('<origin xyz="@0 0 ١"/>'), WRIST),
+    "an unknown element of a link": drawn(part="@visul"),
+    "an unknown shape": drawn('<@capsul radius="1" length="1"/>'),
+    "no shape": drawn("").replace("<geometry>", "<@geometry>"),
+    "two shapes": drawn('<sphere radius="1"/><box size="1 1 1"/>').replace("<geometry>", "<@geometry>"),
+    "an unknown attribute of a shape": drawn('<box size="1 1 1" sise="@2 2 2"/>'),
+    "a shape without numbers": drawn("<@box/>"),
+    "a size of two numbers": drawn('<box size="@1 1"/>'),
+    "a radius below 0": drawn('<sphere radius="@-1"/>'),
+    "a scale that is none": drawn('<mesh filename="package://lab/arm.stl" scale="@1 x 1"/>'),
+    "jerk below 0": of_version("1.2", joint('<limit jerk="@-1"/>')),
+    "a limit that is missing": of_version("1.2", joint('<@limit lower="0"/>', type="revolute")),
+    "too many levels": "<robot>\n" + "<a>" * (MOST_DEPTH - 1) + "@<a/>",
+}
+
+DOUBTFUL: dict[str, str] = {
     "a mesh that is not there": robot(joint(), WRIST, MESH.format("@package://lab/forearm.stl")),
     "an unknown package": robot(joint(), WRIST, MESH.format("@package://labb/arm.stl")),
     "a mesh outside of its package": robot(joint(), WRIST, MESH.format("@package://lab/../robot.urdf")),
     "a mesh of no package": robot(joint(), WRIST, MESH.format("@meshes/arm.stl")),
     "a file that is not there": robot(joint(), WRIST, MESH.format("@file:///nowhere/arm.stl")),
-    "too many levels": "<robot>\n" + "<a>" * (MOST_DEPTH - 1) + "@<a/>",
+    "the same package of several meshes": robot(
+        joint(),
+        WRIST,
+        MESH.format("@package://labb/arm.stl"),
+        MESH.format("package://labb/b.stl").replace("extra", "b"),
+    ),
+    "jerk before version 1.2": robot(joint('<limit effort="1" velocity="1" jerk="@2"/>'), WRIST),
+    "an unknown attribute of a limit": robot(joint('<limit current="@10"/>'), WRIST),
+    "zeros of an axis": robot(joint('<axis xyz="0 0 1" rpy="@0 0 0"/>'), WRIST),
+    "an unknown element of a visual": drawn().replace("<geometry>", "<@bullet/><geometry>"),
 }
 
 
@@ -123,9 +184,23 @@ def test_mistake_is_found_at_its_place(folder: Path, marked: str, golden: Golden
     golden(problem.render())
 
 
+@pytest.mark.parametrize("marked", DOUBTFUL.values(), ids=DOUBTFUL)
+def test_doubt_is_a_warning_at_its_place_and_an_error_if_strict(folder: Path, marked: str, golden: Golden):
+    before = marked.partition("@")[0]
+    (folder / "robot.urdf").write_text(marked.replace("@", "", 1))
+    plan = Graph([load(folder / "lab.yaml")]).plan()
+    (doubt,) = [each for each in plan.problems if each.severity is Severity.WARNING and each.code != "nobody-publishes"]
+    assert doubt.place is not None
+    assert (doubt.place.line, doubt.place.column) == (before.count("\n") + 1, len(before.rpartition("\n")[2]) + 1)
+    assert plan.errors == []
+    golden(doubt.render())
+    strict = Graph([load(folder / "lab.yaml")], strict=True).plan()
+    assert [each.code for each in strict.errors if each.code != "nobody-publishes"] == [doubt.code]
+
+
 def test_all_mistakes_of_a_file_are_found_together(folder: Path):
-    text = robot(joint('<origin xyz="0"/><axis xyz="0 0 0"/>', type="revolute"), WRIST, MESH.format("arm.stl"))
-    assert [each.code for each in problems(folder, text)] == ["bad-number", "no-axis", "no-limit", "missing-file"]
+    text = robot(joint('<origin xyz="0"/><axis xyz="0 0 0"/>', type="revolute"), WRIST, drawn("<box/>"))
+    assert [each.code for each in problems(folder, text)] == ["bad-number", "no-axis", "no-limit"]
     many = robot(*('<joint name="x" type="?"/>' for _ in range(2 * MOST_PROBLEMS)))
     assert len(problems(folder, many)) == MOST_PROBLEMS
 
@@ -157,6 +232,44 @@ def test_what_simulators_read_is_left_alone(folder: Path):
     )
     text = robot(joint(), WRIST, transmission, '<gazebo reference="arm"><link name="arm"/></gazebo>')
     assert problems(folder, text.replace("'r'", "'r' xmlns:xacro='http://www.ros.org/wiki/xacro'")) == []
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<controller_gains kp="1"/><joint_properties damping="0.1"/><drake:rotor_inertia value="1"/>',
+        '<axis xyz="0 0 0"/>',  # of a joint that does not move, as exporters write it
+        '<origin xyz="0 0 1" drake:frame="x"/>',
+        '<origin xyz="0 0 1"/><origin xyz="0 0 1"/>',
+    ],
+)
+def test_what_others_put_into_joints_and_links_is_left_alone(folder: Path, inside: str):
+    shape = '<visual group="a"><geometry name="b"><sphere radius="0"/></geometry></visual>'
+    link = f'<link name="tip"><contact/>{shape}</link>'
+    text = robot(joint(inside, type="fixed"), WRIST, link, joint(name="tip", type="fixed", ends="hand tip"))
+    text = text.replace("'r'", "'r' xmlns:drake='http://drake.mit.edu'")
+    (folder / "robot.urdf").write_text(text)
+    found = Graph([load(folder / "lab.yaml")]).plan().problems
+    assert [each for each in found if each.severity is not Severity.INFO and each.code != "nobody-publishes"] == []
+
+
+@pytest.mark.parametrize("version", ["1.1", "1.2"])
+@pytest.mark.parametrize("scale", [1, 2.5, -1, 1e-200, 1e308])
+def test_rotation_is_read_from_a_quaternion(folder: Path, version: str, scale: float):
+    """Of any length, as urdfdom reads it; the same rotation as angles say."""
+    file = folder / "robot.urdf"
+    x, y, z, w = from_rpy(0.3, -0.4, 1.2)
+    stated = " ".join(repr(each * scale) for each in (x, y, z, w))
+    file.write_text(of_version(version, joint(f'<origin xyz="1 2 3" quat_xyzw="{stated}"/>', type="fixed")))
+    found = read_robot(file, {}).joints[0].origin
+    sign = -1 if scale < 0 else 1
+    assert found == pytest.approx((1, 2, 3, sign * x, sign * y, sign * z, sign * w))
+
+
+def test_capsules_and_limits_of_motion_are_read(folder: Path):
+    limit = '<limit lower="0" upper="1" acceleration="10" deceleration="5" jerk="200"/>'
+    assert problems(folder, of_version("1.2", joint(limit, type="prismatic"))) == []
+    assert problems(folder, drawn('<capsule radius="0.1" length="0.5"/>', part="collision", version="1.1")) == []
 
 
 def test_web_address_and_whole_path_will_do(folder: Path):

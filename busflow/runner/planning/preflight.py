@@ -49,6 +49,8 @@ class Plan:
     problems: list[Problem] = field(default_factory=list[Problem])
     is_whole: bool = True
     """Whether every node of the graph is among them, with its right name."""
+    strict: bool = False
+    """Whether what a node doubts is an error."""
 
     @property
     def errors(self) -> list[Problem]:
@@ -64,13 +66,13 @@ class Preflight:
     log: Log
     seed: int = 0
     strict: bool = False
-    """Report a subscription without publisher, and a client without server, as errors instead of warnings."""
+    """Report a subscription without publisher, a client without server, and what a node doubts, as errors."""
 
     def plan(
         self, descriptions: Sequence[LaunchDescription] = (), nodes: Sequence[tuple[Node, Supervision]] = ()
     ) -> Plan:
         """Build and check everything. The caller checks `errors` before it starts anything."""
-        plan = Plan()
+        plan = Plan(strict=self.strict)
         topics = [topic for description in descriptions for topic in description.topics]
         stated = partial(_qos_of_topic, topics)
         around = Surroundings(self.clock, self.log, self.seed, publisher_qos=stated, subscription_qos=stated)
@@ -163,6 +165,8 @@ def _declare(plan: Plan, planned: PlannedNode, around: Surroundings) -> None:
     what = f"{runtime.name} cannot declare its endpoints"
     if _guarded(plan, spec, what, lambda: (runtime.declare(around), planned)) is not None:
         plan.nodes.append(planned)
+        severity = Severity.ERROR if plan.strict else Severity.WARNING
+        plan.problems += [replace(each, severity=severity) for each in runtime.doubts]
 
 
 def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T]) -> T | None:
