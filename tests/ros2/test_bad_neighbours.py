@@ -12,7 +12,7 @@ from busflow import Node, launch, service, subscription
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.example_interfaces import AddTwoInts
 from busflow.msgs.std_msgs import Float64MultiArray, Int64, String
-from busflow.wire.mirror import arrival_buffer
+from busflow.wire.mirror import zenoh_feed
 from tests.ros2.rmw_node import RELIABLE, RmwNode
 from tests.ros2.sessions import free_port, rmw_session, ros2_at, until, until_arrived
 
@@ -155,7 +155,7 @@ async def test_a_flood_leaves_the_run_answering(
 ):
     port, log = free_port(), ""
     limits(busy_loop=0.001)  # any turn of the loop counts as long, and two messages as too many
-    monkeypatch.setattr(arrival_buffer, "LARGEST", 0)
+    monkeypatch.setattr(zenoh_feed, "LARGEST", 0)
     async with launch(ros2_at(port), Robot, inspect="flood") as graph:
         robot, ros = graph.node(Robot), neighbour(port)
         publish = ros.publisher("/words", STRING)

@@ -22,8 +22,10 @@ MOST_TOGETHER = 32
 """Limit of the messages that leave as one packet."""
 MOST_BYTES = 64 * 1024
 """No packet is so large."""
-_WINDOW, _PIECES = 32, 2
-"""Least number of packets, and of them in shared memory, that a reader may have to acknowledge."""
+_WINDOW = 32
+"""Least number of packets that a reader may have to acknowledge."""
+PIECES = 2
+"""Least number of them that may lie in shared memory."""
 
 _HEAD = struct.Struct("<BI")
 _WANTED = struct.Struct("<BIIB")
@@ -89,7 +91,7 @@ class Wanted(NamedTuple):
     @property
     def pieces(self) -> int:
         """How many of them may lie in shared memory."""
-        return max(self.depth, _PIECES)
+        return max(self.depth, PIECES)
 
 
 Signed = tuple[bytes, bytes]

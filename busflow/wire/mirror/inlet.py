@@ -20,12 +20,12 @@ from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability, Overflow
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
-from busflow.wire.line.packets import Reason, Wanted
+from busflow.wire.line.packets import PIECES, Reason, Wanted
 from busflow.wire.mirror.arrival_buffer import CHUNK, ArrivalBuffer, Arrived, Payload, is_large
 from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.connection import decoded
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
-from busflow.wire.mirror.zenoh_feed import ZenohFeed
+from busflow.wire.mirror.zenoh_feed import ZenohFeed, ring_size
 from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token
 from busflow.wire.zenoh.qos_text import as_qos, from_text
 from busflow.wire.zenoh.sender import LARGEST
@@ -35,16 +35,9 @@ if TYPE_CHECKING:
 
     from busflow.bus.subscription import Subscription
     from busflow.bus.topic import Topic
-    from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.wire.line import intake as line
     from busflow.wire.mirror.connection import Connection
 
-_RING = 256
-"""Number of messages in the buffer."""
-_BULKY_RING = 16
-"""Number for images, clouds and maps: 256 of them would take gigabytes."""
-_MOST_RING = 4096
-"""The largest number, for subscriptions with a large depth."""
 _MOST_DELAYS = 21
 """Limit of such times in a row; each but the first follows one in which a message of the publisher arrived."""
 _TOKENS_TAKE = 4
@@ -55,6 +48,13 @@ _MOST_DEPTH = 10_000
 
 class Inlet:
     """Publishes remote publishers' messages on the bus; each remote publisher becomes a publisher of the topic."""
+
+    _depth: int = 0
+    """Number of messages in the buffer beyond which the others wait in the feed."""
+    _is_shallow: bool = False
+    """Whether senders learn before the handlers run that they may send newer messages, which replace others."""
+    _has_dropped: bool = False
+    """Whether the feed may have dropped messages before those in the buffer."""
 
     def __init__(
         self, topic: Topic[Any], connection: Connection, *, arrivals: Arrivals, on_broken: Callable[[str], None]
@@ -97,9 +97,8 @@ class Inlet:
         self._late_joiners = LateJoiners(
             topic, self._key, self._publishers, connection, numbers=arrivals, asked=self._latched
         )
-        self._buffer = ArrivalBuffer(
-            _ring(topic, self._support), self._support.most_bytes, by_line=self._by_line, on_heavy=self._warn
-        )
+        self._buffer = ArrivalBuffer(self._support.most_bytes)
+        self.suit()
         self._feed: ZenohFeed | None = None
         """Brings what comes through Zenoh, while some publisher is not received by a line."""
         if connection.describes_types:
@@ -113,10 +112,10 @@ class Inlet:
             self._feed = ZenohFeed(
                 self._connection.session,
                 self._key,
-                self._buffer,
-                depth=self._buffer.depth,
+                depth=self._depth,
                 latched=self._latched,
                 on_sample=partial(self._on_loop, self._empty),
+                on_heavy=self._warn,
             )
 
     def _unsubscribe(self) -> None:
@@ -138,17 +137,17 @@ class Inlet:
 
     def suit(self) -> None:
         """Let the senders keep as much as the deepest queue here does, since subscriptions have come or gone."""
-        self._buffer.depth = max(self._buffer.depth, _ring(self._topic, self._support))
+        self._depth = max(self._depth, ring_size(self._topic, self._support))
+        wanted = self._wanted
+        self._is_shallow = wanted.depth <= PIECES
         for intake in self._intakes.values():
-            intake.change(self._wanted)
+            intake.change(wanted)
 
     @property
     def _wanted(self) -> Wanted:
         """The depth and overflow of the deepest queue; a tap, e.g. of a recording, takes as much as the buffer."""
         qos = [each.endpoint.qos for each in self._topic.subscriptions]
-        depth = max(
-            self._buffer.depth if self._topic.taps else self._topic.keeps_newest or 1, *(each.depth for each in qos)
-        )
+        depth = max(self._depth if self._topic.taps else self._topic.keeps_newest or 1, *(each.depth for each in qos))
         keeps_oldest = all(each.overflow is Overflow.DROP_NEWEST for each in qos)
         return Wanted(depth, Overflow.DROP_NEWEST if keeps_oldest else Overflow.DROP_OLDEST)
 
@@ -161,6 +160,7 @@ class Inlet:
             self._renewed()
         elif not self._emptying and intake.holds_up and self._skip_overflow():
             # These messages are stale: the sender keeps newer ones back, and learns now that it may send them.
+            self._buffer.acknowledge()
             self._emptying, limit_s = True, timeouts.current.newer_messages
             self._renewal = asyncio.get_running_loop().call_later(limit_s, self._renewed)
         else:
@@ -280,6 +280,7 @@ class Inlet:
     def _pause(self) -> None:
         """Note that all that had come is published."""
         self._emptying = False
+        self._buffer.acknowledge()
         if self._feed is not None:
             self._feed.resume()
 
@@ -313,6 +314,8 @@ class Inlet:
                 )
                 batch = buffer.take(inf if overflows else CHUNK)  # no handler gets a message that its queue cannot keep
                 handled += QUANTUM if is_large(batch[-1]) else len(batch)
+                if self._is_shallow:
+                    buffer.acknowledge()
                 dispatcher.run_now(partial(self._publish, batch))
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
                     break  # a queue that is not empty now is read by a task, which needs the loop
@@ -322,12 +325,18 @@ class Inlet:
             if is_empty or self._closed:
                 self._pause()
             else:
+                buffer.acknowledge()
                 asyncio.get_running_loop().call_later(0, self._go_on)  # after all timers that are due
 
     def _fill(self) -> int:
-        """Take in what has come through Zenoh, and return how many messages wait."""
-        if self._feed is not None and self._feed.waits:  # else its thread has the next sample
-            self._buffer.fill()
+        """Take in what has come through Zenoh but for what lines bring, and return how many messages wait."""
+        if self._feed is not None and (waiting := len(self._buffer)) < self._depth:
+            samples, has_dropped = self._feed.take()
+            self._has_dropped = has_dropped or (self._has_dropped and waiting > 0)
+            signed = (
+                (each.payload, b"" if each.attachment is None else each.attachment.to_bytes()) for each in samples
+            )
+            self._buffer.put((each for each in signed if each[1][GID_AT:] not in self._by_line), None)
         return len(self._buffer)
 
     def _skip_overflow(self) -> bool:
@@ -344,7 +353,7 @@ class Inlet:
 
     def _note(self, gid: bytes, sequence: int, *, ordered: bool = False) -> bool:
         """Record a message; return False if it is not to be published."""
-        is_overflow = gid not in self._interrupted and (gid in self._by_line or self._buffer.has_dropped)
+        is_overflow = gid not in self._interrupted and (gid in self._by_line or self._has_dropped)
         self._interrupted.discard(gid)
         overflowed = self._publishers.get(gid) if is_overflow else None
         return self._arrivals.note(gid, sequence, ordered=ordered, overflowed=overflowed)
@@ -360,6 +369,7 @@ class Inlet:
                     if (arrival := self._read(payload, signature)) is not None:
                         await self._send(*arrival)
                         await asyncio.sleep(0)
+                self._buffer.acknowledge()
         finally:
             self._feeder = None
             self._pause()
@@ -483,9 +493,3 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
     qos = as_qos(from_text(token.qos), most_depth=_MOST_DEPTH)
     origin = f"{token.node_name} (another process)"
     return Endpoint(token.node_name, topic.name, topic.type, qos, origin, topic.name, remote=True)
-
-
-def _ring(topic: Topic[Any], support: TypeSupport) -> int:
-    """Return the size of the buffer: the default or, up to a limit, the depth of the deepest subscription."""
-    deepest = max((each.endpoint.qos.depth for each in topic.subscriptions), default=1)
-    return min(max(deepest, _BULKY_RING if support.is_bulky else _RING), _MOST_RING)
