@@ -93,4 +93,4 @@ class Robot:
     text: str
     """The file that describes it."""
     doubts: tuple[Problem, ...] = ()
-    """What is doubtful in the file, as warnings; where the links are does not depend on it."""
+    """Warnings of the file; where the links are does not depend on them."""

@@ -1,7 +1,7 @@
 """Reads a robot from its URDF file; every mistake is a problem at its line.
 
-Links and joints make one tree. What simulators and drivers read beside that (`gazebo`, `transmission`, `ros2_control`)
-is left alone. A mesh that is not there is a warning: where the links are does not depend on it.
+Links and joints make one tree. Elements for simulators and drivers (`gazebo`, `transmission`, `ros2_control`) are left
+alone. A mesh that is not there is a warning: where the links are does not depend on it.
 """
 
 from __future__ import annotations

@@ -35,9 +35,7 @@ def values_of(field):
             int: st.integers(primitive.low, primitive.high),
             float: st.floats(width=32 if field.base == "float32" else 64),
             bool: st.booleans(),
-            str: st.text(st.characters(codec="utf-8"), max_size=min(bound, 5)).filter(
-                lambda text: len(text.encode()) <= bound  # as ROS counts it
-            ),
+            str: st.text(st.characters(codec="utf-8"), max_size=min(bound, 5)),
         }[primitive.python]
     if field.array is ArrayKind.NONE:
         return items

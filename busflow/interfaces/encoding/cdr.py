@@ -5,18 +5,17 @@ Both byte orders are read, little endian is written.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
-from busflow.errors import IncompatibleType, InvalidMessage, KeyPath, MalformedMessage
+from busflow.errors import IncompatibleType, InvalidMessage, MalformedMessage
 from busflow.interfaces.encoding.cdr_decoder import decoder
 from busflow.interfaces.encoding.cdr_encoder import encoder, parts_encoder
 from busflow.interfaces.encoding.cdr_layout import BIG_ENDIAN
 from busflow.interfaces.encoding.description import TypeDescription
 from busflow.interfaces.encoding.plain_reader import decoder_from_description
-from busflow.interfaces.fields import ArrayKind
-from busflow.interfaces.message import Message, fields_of, type_name
+from busflow.interfaces.message import Message, type_name
 
 
 class Codec:
@@ -36,7 +35,7 @@ class Codec:
 
     @cached_property
     def encode(self) -> Callable[[Message], bytes]:
-        """Encode a message. Raises MalformedMessage if a text is too long for ROS 2, which bounds its bytes."""
+        """Encode a message."""
         return encoder(self._cls, self._explain_value)
 
     @cached_property
@@ -76,24 +75,4 @@ class Codec:
         name = type_name(self._cls)
         if not isinstance(message, self._cls):
             return IncompatibleType(f"a {type(message).__name__} is no {name}")
-        for path, text, bound, wide in _bounded_texts(self._cls, message, ()):
-            size = len(text.encode("utf-16-le")) // 2 if wide else len(text.encode())
-            if size > bound:
-                unit = "units of UTF-16" if wide else "bytes of UTF-8"
-                return MalformedMessage(f"{size} {unit} where ROS allows {bound}", type_name=name, path=path)
         return MalformedMessage(f"{type(error).__name__}: {error}", type_name=name)
-
-
-def _bounded_texts(cls: type[Message], message: Message, path: KeyPath) -> Iterator[tuple[KeyPath, str, int, bool]]:
-    """Yield each bounded text of a message: its path, its bound, and whether it is wide."""
-    for field in fields_of(cls):
-        value: Any = getattr(message, field.name)
-        where = (*path, field.name)
-        items = (
-            [(where, value)] if field.array is ArrayKind.NONE else [((*where, i), each) for i, each in enumerate(value)]
-        )
-        for place, item in items:
-            if not isinstance(field.base, str):
-                yield from _bounded_texts(cast("type[Message]", field.base), item, place)
-            elif field.string_bound is not None:
-                yield place, item, field.string_bound, field.base == "wstring"

@@ -147,9 +147,6 @@ class _Decoder:
         count = self._value("I", 4, 4)
         self._unpack()
         wide = field.base == "wstring"
-        if field.string_bound is not None:
-            most = field.string_bound if wide else field.string_bound + 1
-            source.add(f"if {count} > {most}:", f"    raise {self._fault}")
         name = source.new("text")
         start = self._start()
         if wide:
@@ -160,6 +157,8 @@ class _Decoder:
             # Beyond the end this is an IndexError. A length of 0 looks at its own last byte, which is 0 then.
             source.add(f"offset = {start} + {count}", "if data[offset - 1]:", f"    raise {self._fault}")
             source.add(f"{name} = data[{start}:offset - 1].decode()")
+        if field.string_bound is not None:
+            source.add(f"if {source.give(len)}({name}) > {field.string_bound}:", f"    raise {self._fault}")
         self._at = None
         return name
 

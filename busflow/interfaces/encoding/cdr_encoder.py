@@ -123,9 +123,6 @@ class _Encoder:
             f"{name} = {source.give(wide_bytes)}({value})" if wide else f"{name} = {value}.encode() + {self._nul}"
         )
         units = f"{length}({name}) // 4" if wide else f"{length}({name})"
-        if field.string_bound is not None:
-            most = field.string_bound if wide else field.string_bound + 1
-            source.add(f"if {units} > {most}:", f"    raise {source.give(TooLong)}")
         self._scalar("I", 4, units)
         self._pack()
         self._parts.append(name)
@@ -251,10 +248,6 @@ def _texts(texts: Sequence[str]) -> bytes:
         parts += (_SIZE.pack(size), data, _ENDS[size & 3])
     parts[-1:] = [b"\0"] if parts else []
     return b"".join(parts)
-
-
-class TooLong(ValueError):
-    """Text is longer than its field allows."""
 
 
 def wide_bytes(text: str) -> bytes:

@@ -136,7 +136,7 @@ class Field:
     size: int = 0
     """The length of a fixed array, the most of a bounded one."""
     string_bound: int = 0
-    """The bound of a text, in bytes of UTF-8 or units of UTF-16; 0 is no bound."""
+    """The bound of a text, in characters, as rclpy counts them; 0 is no bound."""
     default: str = ""
 
     def describe(self) -> FieldDescription:

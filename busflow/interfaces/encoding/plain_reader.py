@@ -195,7 +195,8 @@ class _Readers:
             return self.of(field.base)
         primitive = PRIMITIVES[field.base]
         if not primitive.size:
-            return _text(field.string_bound) if field.base == _TEXT else _wide_text(field.string_bound)
+            text = _text if field.base == _TEXT else _wide_text
+            return _bounded(text, field.string_bound) if field.string_bound else text
         return _truth if primitive.code == "?" else _number(primitive.code, primitive.size)
 
 
@@ -264,27 +265,32 @@ def _numbers(code: str, size: int, exactly: int | None, most: int) -> Reader:
     return read
 
 
-def _text(bound: int) -> Reader:
+def _text(cursor: _Cursor) -> str:
+    length = cursor.length(1, 0, "bytes of text")
+    start = cursor.claim(length, 1)
+    if length and cursor.data[cursor.offset - 1]:
+        raise _Unreadable("the text does not end with a NUL", cursor.offset - 1)
+    try:
+        return cursor.data[start : max(start, cursor.offset - 1)].decode()
+    except UnicodeDecodeError as error:
+        raise _Unreadable(f"the text is not UTF-8: {error.reason}", start + error.start) from None
+
+
+def _wide_text(cursor: _Cursor) -> str:
+    start = cursor.claim(cursor.length(_WIDE, 0, "units of text"), _WIDE)
+    try:
+        return wide_text(cursor.data[start : cursor.offset], little=cursor.little)
+    except (OverflowError, UnicodeDecodeError):
+        raise _Unreadable("the text is not UTF-16", start) from None
+
+
+def _bounded(text: Callable[[_Cursor], str], bound: int) -> Reader:
     def read(cursor: _Cursor) -> str:
-        length = cursor.length(1, bound and bound + 1, "bytes of text")
-        start = cursor.claim(length, 1)
-        if length and cursor.data[cursor.offset - 1]:
-            raise _Unreadable("the text does not end with a NUL", cursor.offset - 1)
-        try:
-            return cursor.data[start : max(start, cursor.offset - 1)].decode()
-        except UnicodeDecodeError as error:
-            raise _Unreadable(f"the text is not UTF-8: {error.reason}", start + error.start) from None
-
-    return read
-
-
-def _wide_text(bound: int) -> Reader:
-    def read(cursor: _Cursor) -> str:
-        start = cursor.claim(cursor.length(_WIDE, bound, "units of text"), _WIDE)
-        try:
-            return wide_text(cursor.data[start : cursor.offset], little=cursor.little)
-        except (OverflowError, UnicodeDecodeError):
-            raise _Unreadable("the text is not UTF-16", start) from None
+        start = cursor.claim(0, 4)
+        found = text(cursor)
+        if len(found) > bound:
+            raise _Unreadable(f"{len(found)} characters where {bound} are allowed", start)
+        return found
 
     return read
 

@@ -190,8 +190,8 @@ def _text(bound: int, *, wide: bool) -> Writer:
         except UnicodeEncodeError as error:
             raise _Unfit(f"{brief(value)} is not valid Unicode: {error.reason}") from None
         size = len(units) // 2 if wide else len(units)
-        if bound and size > bound:
-            raise _Unfit(f"{size} {'units of UTF-16' if wide else 'bytes of UTF-8'} where ROS allows {bound}")
+        if bound and len(value) > bound:
+            raise _Unfit(f"{len(value)} characters where {bound} are allowed")
         body = b"".join(units[i : i + 2] + b"\0\0" for i in range(0, len(units), 2)) if wide else units + b"\0"
         _put(data, 4, pack("<I", size if wide else len(body)))
         data += body

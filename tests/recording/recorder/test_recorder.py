@@ -9,7 +9,6 @@ import functools
 import json
 import os
 import threading
-from typing import Annotated
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from rosbags.highlevel import AnyReader
 
 import busflow
 from busflow import (
-    Length,
     Message,
     Node,
     Parameters,
@@ -302,11 +300,11 @@ async def test_keys_that_cannot_be_are_refused(wrong):
 
 
 class Crooked(Message, package="test"):
-    text: Annotated[str, Length(max=5)] = ""
+    text: str = ""
 
 
 class Twister(Node):
-    """Every third text has more bytes than characters, of which ROS counts the former."""
+    """Every third message is made past its check."""
 
     texts = publisher(Crooked, "text")
 
@@ -316,7 +314,7 @@ class Twister(Node):
     @timer(0.1)
     def talk(self) -> None:
         self.number += 1
-        self.texts.publish(Crooked(text="ääääa" if self.number % 3 == 0 else "plain"))
+        self.texts.publish(Crooked.model_construct(text=5) if self.number % 3 == 0 else Crooked(text="plain"))
 
 
 @virtual_time
