@@ -72,6 +72,8 @@ class Lines:
         """Sessions whose line has broken once."""
         self._faulty: set[str] = set()
         """Sessions that get no line any more: it broke twice, or for what came on it, or there is no descriptor."""
+        self.refusals: dict[str, str] = {}
+        """By session to which no line could be made, the reason of the last time."""
         self._arena: Arena | None = None
         self._trimming: asyncio.TimerHandle | None = None
         call_in_children(self._abandon)
@@ -243,12 +245,13 @@ class Lines:
         try:
             opened = self._socket()
         except OSError as error:
-            self._log.warning(f"messages of another process come through Zenoh: {error}")
+            self.refusals[session] = f"{error}; see ulimit -n"
             self._faulty.add(session)
             return None
         try:
             opened.connect(self._path(session))
-        except OSError:  # it is on another machine, in a container of its own, or has just ended
+        except OSError as error:  # it is on another machine, in a container of its own, or has just ended
+            self.refusals[session] = f"its socket in the run's directory cannot be reached: {error.strerror}"
             opened.close()
             return None
         return self._added(opened, session)
@@ -293,7 +296,10 @@ class Lines:
                 opened.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
             )
             if user != os.geteuid():
-                self._log.warning(f"a process of another user ({user}) gets no line to this one")
+                if session:
+                    self.refusals[session] = f"it is a process of another user ({user})"
+                else:
+                    self._log.warning(f"a process of another user ({user}) gets no line to this one")
                 opened.close()
                 return None
         line = Line(opened, self._session, session, self, self._log)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 _MOST_DELAYS = 21
 """Limit of such times in a row; each but the first follows one in which a message of the publisher arrived."""
-_TOKENS_TAKE = 4
+TOKENS_TAKE = 4
 """Number of such times until the tokens of a process that has ended are gone, also on a busy machine."""
 _MOST_DEPTH = 10_000
 """Limit of the messages kept here for late joiners, by remote publisher; its token may state a higher depth."""
@@ -57,7 +57,13 @@ class Inlet:
     """Whether the feed may have dropped messages before those in the buffer."""
 
     def __init__(
-        self, topic: Topic[Any], connection: Connection, *, arrivals: Arrivals, on_broken: Callable[[str], None]
+        self,
+        topic: Topic[Any],
+        connection: Connection,
+        *,
+        arrivals: Arrivals,
+        on_lineless: Callable[[str], None],
+        on_broken: Callable[[str], None],
     ) -> None:
         """Start to receive.
 
@@ -67,13 +73,14 @@ class Inlet:
             arrivals: the record of the topic's arrived messages, those of its earlier inlets included. After a broken
                 link the same publishers come back. The numbers missing then count as lost, and a message that has
                 arrived before is not published again.
+            on_lineless: called with the session of a volatile publisher that is received through Zenoh from the start.
             on_broken: called with a session that is still there, but whose line has ended.
         """
         self.received: int = 0
         self.losses: Counter[str] = topic.losses
         self._topic, self._support, self._bus = topic, connection.supports(topic.type), connection.bus
         self._log, self._on_loop, self._connection = connection.log, connection.on_loop, connection
-        self._on_broken = on_broken
+        self._on_lineless, self._on_broken = on_lineless, on_broken
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
         """By gid, the publishers that keep nothing for late joiners and whose messages do not expire."""
@@ -178,7 +185,7 @@ class Inlet:
         self._intakes.pop(session, None)
         self._interrupted.update(gid for gid, each in self._by_line.items() if each == session)
         if not self._closed and not self._follow(session):
-            asyncio.get_running_loop().call_later(_TOKENS_TAKE * timeouts.current.departure, self._leave_line, session)
+            asyncio.get_running_loop().call_later(TOKENS_TAKE * timeouts.current.departure, self._leave_line, session)
 
     def _leave_line(self, session: str) -> None:
         left = [gid for gid, each in self._by_line.items() if each == session and gid not in self._leaving]
@@ -202,6 +209,8 @@ class Inlet:
                 self._by_line[token.gid] = token.session
             else:
                 self._subscribe()
+                if not endpoint.qos.latched:
+                    self._on_lineless(token.session)
             if not publisher.perishable and endpoint.qos.durability is Durability.VOLATILE:
                 self._plain[token.gid] = publisher
             self._late_joiners.ask_publisher(token.gid, self._arrivals.come(token.gid))

@@ -7,15 +7,19 @@ fail a node here.
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
+from busflow import timeouts
 from busflow.bus.bus import check_qos
+from busflow.bus.names import is_hidden
 from busflow.bus.subscription import Subscription
 from busflow.errors import BusflowError
 from busflow.wire.mirror.arrivals import Arrivals
-from busflow.wire.mirror.inlet import Inlet, remote_endpoint
+from busflow.wire.mirror.inlet import TOKENS_TAKE, Inlet, remote_endpoint
 from busflow.wire.zenoh.keys import Token, TokenKind
+from busflow.wire.zenoh.session import links_of
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
@@ -38,8 +42,8 @@ class RemotePublishers:
         """By topic, the publishers that were refused so far."""
         self._arrivals: dict[str, Arrivals] = {}
         """By topic that is received, the numbers of the messages that have arrived."""
-        self._broken: set[str] = set()
-        """The sessions whose line has ended before them."""
+        self._lineless: set[str] = set()
+        """The sessions without a line of which the log has a line."""
 
     def add(self, token: Token) -> None:
         """Admit or refuse a new publisher of another process; other endpoints change nothing here."""
@@ -89,6 +93,7 @@ class RemotePublishers:
         for inlet in self._inlets.values():
             inlet.close()
         self._inlets.clear()
+        self._known.clear()
 
     def _known_on(self, topic: str) -> list[Token]:
         """Return the tokens of the topic's remote publishers."""
@@ -142,17 +147,36 @@ class RemotePublishers:
         if found is None:
             arrivals = self._arrivals.setdefault(topic.name, Arrivals(topic))
             found = self._inlets[topic.name] = Inlet(
-                topic, self._connection, arrivals=arrivals, on_broken=self._note_broken
+                topic,
+                self._connection,
+                arrivals=arrivals,
+                on_lineless=self._note_lineless,
+                on_broken=self._warn_of_zenoh,
             )
             for token in self._known_on(topic.name):
                 if str(token) in self._refused:
                     found.ignore(token)
         return found
 
-    def _note_broken(self, session: str) -> None:
-        if session not in self._broken:
-            self._broken.add(session)
-            self._log.warning("messages of another process come through Zenoh from now on: the line to it has ended")
+    def _note_lineless(self, session: str) -> None:
+        """Log that there is no line to a process of this machine, once it is known that it has not just ended."""
+        if self._connection.lines is not None:
+            delay_s = TOKENS_TAKE * timeouts.current.departure
+            asyncio.get_running_loop().call_later(delay_s, self._warn_of_zenoh, session)
+
+    def _warn_of_zenoh(self, session: str) -> None:
+        """Log once why a process of this machine is received through Zenoh; a terminal's command always is."""
+        lines, names = (
+            self._connection.lines,
+            {each.node_name for each in self._known.values() if each.session == session},
+        )
+        nodes = sorted(name for name in names if not is_hidden(name))
+        if lines is None or session in self._lineless or not nodes:
+            return
+        self._lineless.add(session)
+        if links_of(self._connection.session).get(session, "").startswith("unixsock"):
+            why = lines.refusals.get(session, "the line to it has ended")
+            self._log.warning(f"messages of the process of {', '.join(nodes)} come through Zenoh: {why}")
 
     def _close_if_unused(self, topic: str) -> None:
         inlet = self._inlets.get(topic)
