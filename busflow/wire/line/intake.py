@@ -173,7 +173,7 @@ class Intake:
         """State another depth and overflow of the deepest queue."""
         if wanted != self._wanted and self.state is not IntakeState.ENDED:
             self._wanted = wanted
-            self._line.tell(packets.changed(self._number, wanted))
+            self._line.tell(packets.opened(self._number, "", wanted))
             self._acknowledge_parts()  # a smaller window may be used up by what is due
 
     def close(self) -> None:
@@ -192,7 +192,7 @@ class Intake:
             self._is_urgent |= is_urgent
         if self._due and (self._is_urgent or self._due >= self._wanted.window // 2):
             if self.state is not IntakeState.ENDED:
-                self._line.tell(packets.credit(self._number, self._due))
+                self._line.tell(packets.packed(packets.Kind.CREDIT, self._number, self._due))
             self._due, self._is_urgent = 0, False
 
     def _step(self, event: IntakeEvent) -> None:

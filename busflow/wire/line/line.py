@@ -14,7 +14,7 @@ from busflow.text import printable
 from busflow.wire.line import packets
 from busflow.wire.line.arena import Arena, ForeignArena, Piece, Stored
 from busflow.wire.line.intake import Arrived, Intake
-from busflow.wire.line.packets import HEAD_BYTES, MOST_BYTES, PAYLOAD_AT, Kind, Wanted
+from busflow.wire.line.packets import HEAD_BYTES, MOST_BYTES, PAYLOAD_AT, Kind, Reason, Wanted
 from busflow.wire.line.route import Route
 from busflow.wire.line.stream import PacketStream
 
@@ -139,7 +139,7 @@ class Line:
     def transmit_piece(self, packet: bytes, stored: Stored) -> None:
         """Do as `transmit` does with the place of a message, whose memory the other end gets before."""
         if self._shown is not stored.arena:
-            self.transmit(packets.arena(stored.arena.capacity))
+            self.transmit(packets.packed(Kind.ARENA, stored.arena.capacity))
             self._shown = stored.arena
             self._waiting.append((_FILE, stored.arena.fd))
         self._send_waiting()
@@ -231,16 +231,14 @@ class Line:
                 return False
             except ConnectionResetError:
                 continue  # the other end has gone without reading all; what it has sent is still there
-            except (OSError, MalformedMessage) as error:
+            except OSError as error:
                 self._fault = error
+            except packets.NO_PACKET as error:
+                self._fault = MalformedMessage(f"what came is no packet: {error}")
             return True
 
     def _read_other(self, data: bytes) -> None:
-        """Read a packet that is not a message for an open intake.
-
-        Raises:
-            MalformedMessage: It is no packet, or not at this time.
-        """
+        """Read a packet that is not a message for an open intake; it may be none, or come at a wrong time."""
         if self.is_known and (reader := self._READERS.get(data[0])) is not None:
             reader(self, data)
         elif self.is_known and data[0] == Kind.MESSAGE and PAYLOAD_AT <= len(data) < MOST_BYTES:
@@ -249,11 +247,7 @@ class Line:
             self._introduce(data)
 
     def _introduce(self, data: bytes) -> None:
-        """Note the session at the other end, which its first packet states; no other packet comes here.
-
-        Raises:
-            MalformedMessage: It is another packet, or another session.
-        """
+        """Note the session at the other end, which its first packet states; no other packet comes here."""
         session = packets.read_hello(data)
         if self.is_known or self.session not in ("", session):
             raise MalformedMessage(f"another session introduces itself: {printable(session, limit=60)}")
@@ -264,15 +258,14 @@ class Line:
         return self._intakes.get(packets.number_of(data))
 
     def _read_open(self, data: bytes) -> None:
-        number, wanted, key = packets.read_wanted(data)
+        number, key, wanted = packets.read_opened(data)
+        if not key:
+            self._route(number).change(wanted)
+            return
         if number in self._routes:
             raise MalformedMessage(f"route {number} is opened twice")
         self._routes[number] = route = Route(number, key, self.session, wanted, self)
         self._owner.on_route(route)
-
-    def _read_change(self, data: bytes) -> None:
-        number, wanted, _ = packets.read_wanted(data)
-        self._route(number).change(wanted)
 
     def _read_close(self, data: bytes) -> None:
         number = packets.number_of(data)
@@ -283,7 +276,7 @@ class Line:
         self._owner.on_route_end(route, False)  # by position
 
     def _read_credit(self, data: bytes) -> None:
-        number, count = packets.read_credit(data)
+        number, count = packets.values_of(data)
         self._route(number).acknowledge(count)
 
     def _route(self, number: int) -> Route:
@@ -296,10 +289,10 @@ class Line:
             intake.add_all(packets.read_burst(data))
 
     def _read_piece(self, data: bytes) -> None:
-        attachment, offset, size = packets.read_piece(data)
+        number, attachment, offset, size = packets.values_of(data)
         if self._arena is None or offset + size > self._arena.size:
             raise MalformedMessage(f"{size:,} bytes at {offset:,} do not lie in the sender's memory")
-        if (intake := self._intake(data)) is not None:
+        if (intake := self._intakes.get(number)) is not None:
             intake.add_all([(Piece(self._arena, offset, size), attachment)], is_urgent=True)
 
     def _read_part(self, data: bytes) -> None:
@@ -307,13 +300,13 @@ class Line:
             intake.add_part(data[HEAD_BYTES:])
 
     def _read_mark(self, data: bytes) -> None:
-        mark = packets.read_mark(data)
-        if (intake := self._intake(data)) is not None:
-            intake.add_all([mark])
+        number, attachment, reason = packets.values_of(data)
+        if (intake := self._intakes.get(number)) is not None:
+            intake.add_all([(Reason(reason), attachment)])
 
     def _read_arena(self, data: bytes) -> None:
         """Expect a descriptor: only a call that asks for descriptors gets it, and such a call takes longer."""
-        self._announced = packets.read_arena(data)
+        (self._announced,) = packets.values_of(data)
         self._receive = self._receive_file
 
     def _receive_file(self, most: int) -> bytes:
@@ -333,7 +326,6 @@ class Line:
 
     _READERS: ClassVar[Mapping[int, Callable[[Any, bytes], None]]] = {
         Kind.OPEN: _read_open,
-        Kind.CHANGE: _read_change,
         Kind.CLOSE: _read_close,
         Kind.CREDIT: _read_credit,
         Kind.BURST: _read_burst,

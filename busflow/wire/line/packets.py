@@ -7,7 +7,7 @@ what it receives on it, begins with the kind and this number.
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -28,15 +28,11 @@ PIECES = 2
 """Least number of them that may lie in shared memory."""
 
 _HEAD = struct.Struct("<BI")
-_WANTED = struct.Struct("<BIIB")
-_CREDIT = struct.Struct("<BII")
-_PIECE = struct.Struct(f"<BI{ATTACHMENT_BYTES}sQQ")
-_ARENA = struct.Struct("<BQ")
-_MARK = struct.Struct(f"<BI{ATTACHMENT_BYTES}sB")
-_COUNT_AT, _SIZES_AT = _HEAD.size, _HEAD.size + 1
 HEAD_BYTES = _HEAD.size
 PAYLOAD_AT = HEAD_BYTES + ATTACHMENT_BYTES
 """Offset of the payload in a packet with one message; its attachment stands before it."""
+NO_PACKET = (struct.error, LookupError, ValueError)
+"""The errors of bytes that are no packet, from all that reads one."""
 
 
 class Kind(IntEnum):
@@ -45,26 +41,24 @@ class Kind(IntEnum):
     HELLO = 1
     """The first packet of each end: the version of these packets, and the id of its session."""
     OPEN = 2
-    """From the reader: it receives a topic from now on."""
-    CHANGE = 3
-    """From the reader: its deepest queue has changed."""
-    CLOSE = 4
+    """From the reader: it receives a topic from now on; without a topic: its deepest queue has changed."""
+    CLOSE = 3
     """From the reader: it receives the topic no more."""
-    CREDIT = 5
+    CREDIT = 4
     """From the reader: it has done with so many packets of the route, the oldest first."""
-    MESSAGE = 6
+    MESSAGE = 5
     """One message, or the end of one whose beginning came in parts."""
-    BURST = 7
+    BURST = 6
     """Several small messages."""
-    PIECE = 8
+    PIECE = 7
     """One message, which lies in the sender's memory."""
-    ARENA = 9
+    ARENA = 8
     """The next packet with a descriptor has that of the memory for the pieces which follow."""
-    FILE = 10
+    FILE = 9
     """The packet that has the descriptor."""
-    PART = 11
+    PART = 10
     """The beginning of a message, or more of it."""
-    MARK = 12
+    MARK = 11
     """The sender has dropped a publisher's messages up to this number, and nothing newer of that publisher follows."""
 
 
@@ -99,47 +93,49 @@ Signed = tuple[bytes, bytes]
 _OVERFLOWS = (Overflow.DROP_OLDEST, Overflow.DROP_NEWEST)
 
 
+_FORMS: Mapping[int, struct.Struct] = {
+    Kind.OPEN: struct.Struct("<BIIB"),
+    Kind.CREDIT: struct.Struct("<BII"),
+    Kind.PIECE: struct.Struct(f"<BI{ATTACHMENT_BYTES}sQQ"),
+    Kind.ARENA: struct.Struct("<BQ"),
+    Kind.MARK: struct.Struct(f"<BI{ATTACHMENT_BYTES}sB"),
+}
+"""The forms of the packets whose parts have a fixed size: the kind, and mostly the route's number, come first."""
+
+
+def packed(kind: Kind, *values: int | bytes) -> bytes:
+    """Return a packet of a fixed form."""
+    return _FORMS[kind].pack(kind, *values)
+
+
+def values_of(data: bytes) -> tuple[Any, ...]:
+    """Return the values of a packet of a fixed form."""
+    return _FORMS[data[0]].unpack(data)[1:]
+
+
 def hello(session: str) -> bytes:
     """Return the first packet of an end."""
     return bytes((Kind.HELLO, VERSION)) + session.encode()
 
 
 def read_hello(data: bytes) -> str:
-    """Return the id of the session at the other end.
-
-    Raises:
-        MalformedMessage: It is no such packet, or of another version.
-    """
-    if data[0] != Kind.HELLO or data[1:2] != bytes((VERSION,)):
+    """Return the id of the session at the other end."""
+    if data[:2] != bytes((Kind.HELLO, VERSION)):
         raise MalformedMessage(f"the first packet of a line names version {VERSION}; got {data[:2].hex()}")
     return data[2:].decode("ascii", "replace")
 
 
 def opened(number: int, key: str, wanted: Wanted) -> bytes:
-    """Return a packet that opens a route for a topic's key."""
-    return _wanted(Kind.OPEN, number, wanted) + key.encode()
+    """Return a packet that opens a route for a topic's key; without a key, it changes the wish of a route."""
+    overflow = _OVERFLOWS.index(wanted.overflow)
+    return packed(Kind.OPEN, number, min(wanted.depth, 2**32 - 1), overflow) + key.encode()
 
 
-def changed(number: int, wanted: Wanted) -> bytes:
-    """Return a packet that states another depth and overflow."""
-    return _wanted(Kind.CHANGE, number, wanted)
-
-
-def _wanted(kind: Kind, number: int, wanted: Wanted) -> bytes:
-    return _WANTED.pack(kind, number, min(wanted.depth, 2**32 - 1), _OVERFLOWS.index(wanted.overflow))
-
-
-def read_wanted(data: bytes) -> tuple[int, Wanted, str]:
-    """Return a route's number, the wish of its reader, and the topic's key, which is empty in a change.
-
-    Raises:
-        MalformedMessage: It is no such packet.
-    """
-    try:
-        _, number, depth, overflow = _WANTED.unpack_from(data)
-        return number, Wanted(max(depth, 1), _OVERFLOWS[overflow]), data[_WANTED.size :].decode()
-    except (struct.error, IndexError, UnicodeDecodeError) as error:
-        raise MalformedMessage(f"no route is described by {len(data)} bytes: {error}") from None
+def read_opened(data: bytes) -> tuple[int, str, Wanted]:
+    """Return a route's number, the topic's key, and the wish of its reader."""
+    size = _FORMS[Kind.OPEN].size
+    number, depth, overflow = values_of(data[:size])
+    return number, data[size:].decode(), Wanted(max(depth, 1), _OVERFLOWS[overflow])
 
 
 def head(kind: Kind, number: int) -> bytes:
@@ -148,29 +144,8 @@ def head(kind: Kind, number: int) -> bytes:
 
 
 def number_of(data: bytes) -> int:
-    """Return the number of a packet's route.
-
-    Raises:
-        MalformedMessage: The packet is too short.
-    """
-    if len(data) < _HEAD.size:
-        raise MalformedMessage(f"a packet of a route has at least {_HEAD.size} bytes; got {len(data)}")
+    """Return the number of a packet's route."""
     return _HEAD.unpack_from(data)[1]
-
-
-def credit(number: int, count: int) -> bytes:
-    """Return a packet that acknowledges the route's next `count` packets."""
-    return _CREDIT.pack(Kind.CREDIT, number, count)
-
-
-def read_credit(data: bytes) -> tuple[int, int]:
-    """Return a route's number, and how many packets of it are acknowledged.
-
-    Raises:
-        MalformedMessage: It is no such packet.
-    """
-    _, number, count = _unpacked(_CREDIT, data)
-    return number, count
 
 
 def burst(number: int, messages: Sequence[Signed]) -> bytes:
@@ -182,17 +157,10 @@ def burst(number: int, messages: Sequence[Signed]) -> bytes:
 
 
 def read_burst(data: bytes) -> list[Signed]:
-    """Return the messages of a burst.
-
-    Raises:
-        MalformedMessage: The bytes are no burst.
-    """
-    try:
-        count = data[_COUNT_AT]
-        signed = struct.unpack_from(f"<{count}H" + f"{ATTACHMENT_BYTES}s" * count, data, _SIZES_AT)
-    except (struct.error, IndexError) as error:
-        raise MalformedMessage(f"{len(data)} bytes are no burst: {error}") from None
-    end = _SIZES_AT + (2 + ATTACHMENT_BYTES) * count
+    """Return the messages of a burst."""
+    count = data[HEAD_BYTES]
+    signed = struct.unpack_from(f"<{count}H" + f"{ATTACHMENT_BYTES}s" * count, data, HEAD_BYTES + 1)
+    end = HEAD_BYTES + 1 + (2 + ATTACHMENT_BYTES) * count
     messages: list[Signed] = []
     for at in range(count):
         start, end = end, end + signed[at]
@@ -200,57 +168,3 @@ def read_burst(data: bytes) -> list[Signed]:
     if end != len(data):
         raise MalformedMessage(f"a burst has {end} bytes; got {len(data)}")
     return messages
-
-
-def piece(number: int, attachment: bytes, offset: int, size: int) -> bytes:
-    """Return a packet with the place of a message in the sender's memory."""
-    return _PIECE.pack(Kind.PIECE, number, attachment, offset, size)
-
-
-def read_piece(data: bytes) -> tuple[bytes, int, int]:
-    """Return a message's attachment, and its offset and size in the sender's memory.
-
-    Raises:
-        MalformedMessage: It is no such packet.
-    """
-    _, _, attachment, offset, size = _unpacked(_PIECE, data)
-    return attachment, offset, size
-
-
-def arena(size: int) -> bytes:
-    """Return a packet that announces a descriptor of memory of this size."""
-    return _ARENA.pack(Kind.ARENA, size)
-
-
-def read_arena(data: bytes) -> int:
-    """Return the size of the announced memory.
-
-    Raises:
-        MalformedMessage: It is no such packet.
-    """
-    return _unpacked(_ARENA, data)[1]
-
-
-def mark(number: int, attachment: bytes, reason: Reason) -> bytes:
-    """Return a packet that says up to which message a publisher's messages were dropped, and why."""
-    return _MARK.pack(Kind.MARK, number, attachment, reason)
-
-
-def read_mark(data: bytes) -> tuple[Reason, bytes]:
-    """Return the reason, and the attachment of the last message that was dropped.
-
-    Raises:
-        MalformedMessage: It is no such packet.
-    """
-    _, _, attachment, reason = _unpacked(_MARK, data)
-    try:
-        return Reason(reason), attachment
-    except ValueError as error:
-        raise MalformedMessage(str(error)) from None
-
-
-def _unpacked(form: struct.Struct, data: bytes) -> tuple[Any, ...]:
-    try:
-        return form.unpack(data)
-    except struct.error as error:
-        raise MalformedMessage(f"{len(data)} bytes are no packet of kind {data[0]}: {error}") from None

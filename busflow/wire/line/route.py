@@ -226,7 +226,7 @@ class Route:
         """
         while self._tails:
             gid, attachment = next(iter(self._tails.items()))
-            self._transmit(packets.mark(self._number, attachment, reason))
+            self._transmit(packets.packed(Kind.MARK, self._number, attachment, reason))
             self._unacknowledged.append(None)
             self._tails.pop(gid, None)
 
@@ -276,7 +276,7 @@ class Route:
         payload, attachment = self._waiting[0]
         count, stored = 1, None
         if isinstance(payload, Stored):
-            packet = packets.piece(self._number, attachment, payload.offset, payload.size)
+            packet = packets.packed(Kind.PIECE, self._number, attachment, payload.offset, payload.size)
             self._carrier.transmit_piece(packet, payload)
             stored = payload
             self._pieces += 1

@@ -28,7 +28,7 @@ class Line:
 
     @property
     def credited(self) -> list[int]:
-        return [packets.read_credit(data)[1] for data in self.told if data[0] == Kind.CREDIT]
+        return [packets.values_of(data)[1] for data in self.told if data[0] == Kind.CREDIT]
 
 
 def made(depth: int = 10):

@@ -106,11 +106,14 @@ def test_the_other_end_introduces_itself(end: End):
         [HELLO, b"\x00" * 100],
         [HELLO, bytes((Kind.MESSAGE,))],
         [HELLO, packets.head(Kind.MESSAGE, ROUTE) + b"too short"],
-        [HELLO, packets.credit(5, 1)],
+        [HELLO, packets.packed(Kind.CREDIT, 5, 1)],
         [HELLO, packets.opened(5, "key", WANTED), packets.opened(5, "key", WANTED)],
-        [HELLO, packets.opened(5, "key", WANTED), packets.credit(5, 1)],
-        [HELLO, packets.piece(ROUTE, ATTACHMENT, 0, 1)],
-        [HELLO, packets.head(Kind.PART, ROUTE) + b"x", packets.mark(ROUTE, ATTACHMENT, Reason.END)],
+        [HELLO, packets.opened(5, "key", WANTED), packets.packed(Kind.CREDIT, 5, 1)],
+        [HELLO, packets.packed(Kind.PIECE, ROUTE, ATTACHMENT, 0, 1)],
+        [HELLO, packets.opened(5, "", WANTED)],
+        [HELLO, packets.packed(Kind.MARK, ROUTE, ATTACHMENT, 9)],
+        [HELLO, packets.packed(Kind.MARK, ROUTE, ATTACHMENT, Reason.END) + b"x"],
+        [HELLO, packets.head(Kind.PART, ROUTE) + b"x", packets.packed(Kind.MARK, ROUTE, ATTACHMENT, Reason.END)],
         [HELLO, packets.head(Kind.MESSAGE, ROUTE) + bytes(packets.MOST_BYTES)],
     ],
 )
@@ -159,7 +162,7 @@ def test_messages_for_a_closed_intake_are_ignored(end: End):
 
 def test_a_route_ends_when_its_reader_says_so(end: End):
     end.say(HELLO, packets.opened(5, "key", WANTED))
-    end.say(packets.changed(5, Wanted(9)), packets.head(Kind.CLOSE, 5))
+    end.say(packets.opened(5, "", Wanted(9)), packets.head(Kind.CLOSE, 5))
     assert [route.has_ended for route in end.routes] == [True]
     assert end.happened == ["route key ended"]
 
@@ -192,7 +195,7 @@ def test_what_waits_for_room_leaves_in_order_once_there_is_some(end: End):
 
 def test_a_descriptor_that_does_not_come_ends_the_line(end: End):
     end.receive()
-    end.say(HELLO, packets.arena(1 << 20), bytes((Kind.FILE,)))
+    end.say(HELLO, packets.packed(Kind.ARENA, 1 << 20), bytes((Kind.FILE,)))
     assert not end.line.is_open
     assert len(end.log) == 1
 
@@ -200,14 +203,14 @@ def test_a_descriptor_that_does_not_come_ends_the_line(end: End):
 def test_a_piece_beyond_the_memory_ends_the_line(end: End):
     end.receive()
     arena = Arena(1 << 20)
-    end.say(HELLO, packets.arena(arena.capacity))
+    end.say(HELLO, packets.packed(Kind.ARENA, arena.capacity))
     socket.send_fds(end.other, [bytes((Kind.FILE,))], [arena.fd])
-    end.say(packets.piece(ROUTE, ATTACHMENT, 1 << 20, 1))
+    end.say(packets.packed(Kind.PIECE, ROUTE, ATTACHMENT, 1 << 20, 1))
     assert not end.line.is_open
 
 
 def test_a_descriptor_of_anything_else_is_closed(end: End):
-    end.say(HELLO, packets.arena(1 << 20))
+    end.say(HELLO, packets.packed(Kind.ARENA, 1 << 20))
     with open("/dev/null", "rb") as other:  # noqa: PTH123  # a descriptor
         before = set(os.listdir("/dev/fd"))  # noqa: PTH208  # names
         socket.send_fds(end.other, [bytes((Kind.FILE,))], [other.fileno()])

@@ -72,11 +72,11 @@ class Carrier:
                 case Kind.BURST:
                     found += [(payload, Attachment.decode(each)) for payload, each in packets.read_burst(data)]
                 case Kind.PIECE:
-                    attachment, _, size = packets.read_piece(data)
+                    _, attachment, _, size = packets.values_of(data)
                     found.append((bytes(size), Attachment.decode(attachment)))
                 case Kind.MARK:
-                    reason, attachment = packets.read_mark(data)
-                    found.append((reason, Attachment.decode(attachment)))
+                    _, attachment, reason = packets.values_of(data)
+                    found.append((Reason(reason), Attachment.decode(attachment)))
         return found
 
 
