@@ -28,7 +28,7 @@ class Channel:
     encoding: str
     """The encoding of the messages, in MCAP's word: `cdr`, `json`, or one that busflow does not read."""
     definition: str
-    """The type as text; empty where the bag has none."""
+    """The type as text; empty where the bag has none, or where the type has no fields."""
     definition_encoding: str
     """The format of the definition: `ros2msg`, `jsonschema`, or one that busflow does not read."""
     type_hash: str | None = None
@@ -169,13 +169,18 @@ def _description(channel: Channel) -> Any:
     from busflow.interfaces.encoding.msg_text import ENCODING
 
     try:
-        if channel.definition_encoding == ENCODING and channel.definition.strip():
-            return parse(channel.type_name, channel.definition)
+        if channel.definition_encoding == ENCODING:
+            read = parse(channel.type_name, channel.definition)
+            # Without a text it has no fields, or its recorder did not know them: the hash tells.
+            if channel.definition.strip() or channel.type_hash == rihs01(read):
+                return read
         defined = channel.type_name in library()
         known = (library() if defined else builtin_types()).description(channel.type_name)
     except (MalformedMessage, InvalidDefinition) as error:
         raise _error(channel, f"has a definition that cannot be read: {error}") from None
     except KeyError:
+        if channel.definition_encoding == ENCODING and channel.type_hash is None:
+            return parse(channel.type_name, channel.definition)
         how = f"as {channel.definition_encoding}" if channel.definition else "nowhere in the bag"
         raise _error(channel, f"is described {how}; ros2msg is read") from None
     if channel.type_hash not in (None, rihs01(known)):

@@ -87,7 +87,7 @@ class McapCopy:
         self._stream.close()
 
     def _declare(self, channel: Channel) -> int:
-        schema = channel.type_name, channel.definition_encoding or "ros2msg", _definition(channel)
+        schema = channel.type_name, *_definition(channel)
         if schema not in self._schemas:
             self._schemas[schema] = self._writer.register_schema(*schema)
         metadata = {"offered_qos_profiles": self._qos(channel), "topic_type_hash": channel.type_hash or ""}
@@ -106,11 +106,11 @@ def _of_all(bag: Bag) -> dict[str, str]:
     return {**words, "complete": "false", "recovered": "; ".join(bag.incomplete)}
 
 
-def _definition(channel: Channel) -> bytes:
-    """Return the definition of a channel's type: busflow's own where the bag only names the type."""
+def _definition(channel: Channel) -> tuple[str, bytes]:
+    """Return the encoding and text of a type's definition: busflow's own where the bag only names the type."""
     if channel.definition or channel.fault is not None:
-        return channel.definition.encode()
-    return channel.type.definition.encode()
+        return channel.definition_encoding, channel.definition.encode()
+    return channel.type.definition_encoding, channel.type.definition.encode()
 
 
 class Rosbag2Directory:

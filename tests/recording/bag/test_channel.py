@@ -64,6 +64,22 @@ def test_a_type_that_busflow_brings_needs_no_definition():
         assert Channel("/a", "std_msgs/msg/Bool", "cdr", text, how).plain(b"\0\1\0\0\1") == {"data": True}
 
 
+@pytest.mark.parametrize("text", ["", "\n", "# nothing\n", "int8 ONE=1\n", " \r\n"])
+@pytest.mark.parametrize("name", ["odd/msg/Ping", "odd/Ping", "std_msgs/msg/Empty"])
+@pytest.mark.parametrize("hashed", [True, False])
+def test_an_empty_definition_is_a_definition(name, text, hashed):
+    type_hash = Channel("/p", name, "cdr", "# nothing", "ros2msg").type.type_hash if hashed else None
+    ping = Channel("/p", name, "cdr", text, "ros2msg", type_hash)
+    assert (ping.fault, ping.plain(b"\0\1\0\0\0")) == (None, {})
+
+
+@pytest.mark.parametrize("how", ["", "unknown", "ros2idl"])
+def test_a_missing_definition_is_no_empty_one(how):
+    assert Channel("/p", "odd/msg/Ping", "cdr", "", how).fault is not None
+    assert Channel("/p", "odd/msg/Ping", "cdr", "", "ros2msg", "RIHS01_" + "0" * 64).fault is not None
+    assert Channel("/b", "std_msgs/msg/Bool", "cdr", "", how).plain(b"\0\1\0\0\1") == {"data": True}
+
+
 def test_a_class_of_another_type_is_refused(golden):
     with golden.raises(BagError):
         BOOL.decode(b"\0\1\0\0\1", Float64)

@@ -14,14 +14,16 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
+from rosbags.rosbag2 import Reader, StoragePlugin
+from rosbags.rosbag2 import Writer as RosbagsWriter
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from busflow.errors import BagError
 from busflow.recording.bag.bag import Bag
 from busflow.recording.tools.convert import TargetFormat, convert
 from busflow.recording.tools.pairs import LetGo, Pairs
 from busflow.recording.tools.sink import FileNames
+from busflow.recording.tools.verify import examine
 
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -202,6 +204,44 @@ def test_no_readable_topic_is_an_error(tmp_path, golden):
         with golden.raises(BagError):
             convert(bag, tmp_path / "out", TargetFormat.CSV, json.dumps, channels=foreign)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture(params=[StoragePlugin.MCAP, StoragePlugin.SQLITE3], ids=["mcap", "sqlite3"])
+def pings(tmp_path, request):
+    """A bag of rosbags with two topics without fields: of a type that nobody else knows, and of ROS's own."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg("", "odd/msg/Ping"))
+    with RosbagsWriter(tmp_path / "pings", version=9, storage_plugin=request.param) as writer:
+        for time_ns, name in enumerate(("odd/msg/Ping", "std_msgs/msg/Empty"), start=1):
+            connection = writer.add_connection(f"/{name.lower()}", name, typestore=store)
+            writer.write(connection, time_ns, b"\0\1\0\0\0")
+    return tmp_path / "pings"
+
+
+@pytest.mark.parametrize("form", TargetFormat)
+def test_types_without_fields_are_converted(tmp_path, pings, form):
+    done = converted(pings, tmp_path / "made", form)
+    assert (done.messages, done.faults) == (2, {})
+    with Bag(pings) as bag:
+        assert examine(bag).findings == []
+        hashes = [each.type.type_hash for each in bag.channels]
+    if form in ("mcap", "ros2bag"):
+        with Bag(tmp_path / "made") as made:
+            assert examine(made).findings == []
+            assert [each.type.type_hash for each in made.channels] == hashes
+
+
+def test_a_missing_definition_stays_missing(tmp_path):
+    with (tmp_path / "a.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "")
+        writer.add_message(
+            writer.register_channel("/p", "cdr", writer.register_schema("odd/msg/P", "", b"")), 0, b"", 0
+        )
+        writer.finish()
+    converted(tmp_path / "a.mcap", tmp_path / "b.mcap", "mcap")
+    with Bag(tmp_path / "b.mcap") as made:
+        assert made.channels[0].fault is not None
 
 
 def test_a_part_says_that_it_is_one(tmp_path, golden):
