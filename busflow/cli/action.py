@@ -206,7 +206,7 @@ class _Show:
 
     def feedback(self, feedback: Any) -> None:
         if self._as_json:
-            print_line({"feedback": _abridged(feedback)})
+            print_line({"feedback": _plain(feedback)})
         else:
             click.echo(f"Feedback:\n{_yaml(feedback)}")
 
@@ -221,7 +221,7 @@ class _Show:
     def result(self, client: ActionPeer, going: PeerGoal, state: int, result: Any) -> None:
         if self._as_json:
             remark = {"reason": going.remark} if going.remark else {}
-            print_line({"status": _state(state), "result": _abridged(result, client.result_type), **remark})
+            print_line({"status": _state(state), "result": _plain(result), **remark})
             return
         click.echo(f"Result:\n{_yaml(result, client.result_type)}")
         why = f": {going.remark}" if going.remark else ""
@@ -320,18 +320,21 @@ def _state(state: int) -> str:
     return _STATES[state] if 0 <= state < len(_STATES) else f"UNKNOWN ({state})"
 
 
-def _abridged(value: Any, type_: ForeignType | None = None) -> Any:
+def _plain(value: Any) -> Any:
+    """Return a message as plain values, whole, for JSON."""
     from busflow.cli.terminal.abridged import Abridger
-    from busflow.cli.terminal.field_paths import shape_of
 
-    return Abridger()(value, None if type_ is None else shape_of(type_))
+    return Abridger(None)(value)
 
 
 def _yaml(value: Any, type_: ForeignType | None = None, *, indent: str = "    ") -> str:
     """Return a message as indented YAML, as ROS 2's command prints it, with an empty line behind."""
+    from busflow.cli.terminal.abridged import Abridger
+    from busflow.cli.terminal.field_paths import shape_of
     from busflow.cli.terminal.yaml_text import yaml_lines
 
-    return "".join(f"{indent}{line}\n" for line in yaml_lines(_abridged(value, type_)))
+    shown = Abridger()(value, None if type_ is None else shape_of(type_))
+    return "".join(f"{indent}{line}\n" for line in yaml_lines(shown))
 
 
 def _counts(account: Mapping[str, Any]) -> list[str]:

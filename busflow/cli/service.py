@@ -145,13 +145,14 @@ def call(
             ServiceUnavailable,
         )
         shape = shape_of(kind.request)
+        abridge = Abridger(None) if as_json else Abridger()  # JSON is never cut
         request = TypedValues(values, kind.request, shape).at(0)
         if not as_json:
-            shown = Abridger()(kind.request.decode(kind.request.encode(request)), shape)
+            shown = abridge(kind.request.decode(kind.request.encode(request)), shape)
             click.echo(f"requester: making request: {python_form(shown, shape)}\n")
         answer = peer.call(kind, request, timeout_s=timeout_s)
         answered: Shape | None = shape_of(kind.response)
-        response = Abridger()(answer, answered)
+        response = abridge(answer, answered)
     if as_json:
         print_answer({"service": kind.name, "type": kind.type, "response": response})
     else:

@@ -89,6 +89,11 @@ def test_call_is_data_too(shell: Shell):
 
 
 @pytest.mark.usefixtures("lamp")
+def test_data_is_whole(shell: Shell):
+    assert shell.data("service call lamp/dim std_srvs/Trigger")["response"]["message"] == "dim " * 100
+
+
+@pytest.mark.usefixtures("lamp")
 def test_echo_prints_requests_and_responses(shell: Shell):
     command = [sys.executable, "-m", "busflow", "service", "echo", "lamp/switch", "std_srvs/SetBool", "-n", "3"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as echo, join() as peer:

@@ -125,10 +125,11 @@ class Publishing:
         speaker.publish(values)
         if speaker.published % self._print_every:
             return
-        shown = Abridger()(self._type.decode(self._type.encode(values)), self._shape)
+        sent = self._type.decode(self._type.encode(values))
         if self._as_json:
-            print_line({"topic": self._topic, "count": speaker.published, "message": shown})
+            print_line({"topic": self._topic, "count": speaker.published, "message": Abridger(None)(sent, self._shape)})
         else:
+            shown = Abridger()(sent, self._shape)
             click.echo(f"publishing #{speaker.published}: {python_form(shown, self._shape)}\n")
 
     def _matched(self, ends: ExitStack, matches: int, patience_s: float) -> Speaker | None:

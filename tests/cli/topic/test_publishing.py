@@ -58,6 +58,11 @@ def test_as_often_and_as_fast_as_asked_for(shell: Shell):
     assert lines[0] == {"version": 1, "topic": "/cmd", "count": 2, "message": {"data": 0.0}}
 
 
+def test_data_is_whole(shell: Shell):
+    (line,) = shell.text(f"topic pub -t 1 -w 0 words std_msgs/msg/String '{{data: {'x' * 300}}}' --json").splitlines()
+    assert json.loads(line)["message"] == {"data": "x" * 300}
+
+
 UNKNOWN = {"; known: .*|; did you mean '/.*": "; …", r"sec=\d+": "sec=#", r"(?m)^(\$ .*)": r"\1"}
 
 

@@ -13,7 +13,7 @@ class Lamp(Node):
 
     @service(Trigger, "~/dim")
     def dim(self, _request: Trigger.Request) -> Trigger.Response:
-        return Trigger.Response()
+        return Trigger.Response(message="dim " * 100)
 
     @service(Trigger, "~/never")
     async def never(self, _request: Trigger.Request) -> Trigger.Response:
