@@ -100,7 +100,7 @@ def _full_name(word: str, package: str, *, lenient: bool) -> str:
 
 def _as_written(word: str) -> str | None:
     """Return the name of a message as a definition has it: `geometry_msgs.Point` is `geometry_msgs/Point`."""
-    *package, last = (each for each in re.split(r"\W+", word) if each != "msg")
+    *package, last = [each for each in re.split(r"\W+", word) if each != "msg"] or [word]
     name = "/".join([*package, "".join(each[:1].upper() + each[1:] for each in last.split("_"))])
     return name if len(package) < 2 and _TYPE.fullmatch(name.rpartition("/")[2]) else None
 

@@ -117,15 +117,18 @@ def _generated(library: Library, package: str, together: frozenset[str], to: Pat
 
 
 def _impossible(library: Library, description: TypeDescription) -> Problem | None:
-    """Return why a type cannot be a class, or None where it can: a field of it, or of a type within it."""
+    """Return why a type cannot be a class, or None where it can; the types within it count too."""
     from busflow.interfaces.message import Message
 
-    for each in types_in(description).values():
+    whole, python = description["type_description"]["type_name"], "a word of Python"
+    for holder, each in types_in(description).items():
+        word = next((word for word in holder.split("/") if keyword.iskeyword(word)), None)
+        if word is not None:
+            return Problem("invalid-name", f"{whole} can be no class: {word}, of {holder}, is {python}", None)
         for name in (field["name"] for field in each["fields"]):
             is_word = keyword.iskeyword(name) or name == "self"
             if is_word or hasattr(Message, name):
-                why = "a word of Python" if is_word else "a method of every message"
-                whole, holder = description["type_description"]["type_name"], each["type_name"]
+                why = python if is_word else "a method of every message"
                 message = f"{whole} can be no class: {holder} has a field {name}, which is {why}"
                 return Problem("invalid-name", message, None, library.place(holder, name))
     return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite, isnan
 
 from busflow.definitions.definition import DefinedConstant, DefinedField, Kind, MessageDefinition, TypeDefinition
 from busflow.definitions.python_text import all_names, docstring, imports, literal
@@ -21,7 +22,14 @@ _ELSEWHERE = {
     "Annotated": "typing",
     "ClassVar": "typing",
     "Sequence": "collections.abc",
+    "bool": "builtins",
+    "inf": "math",
+    "nan": "math",
+    "str": "builtins",
 }
+_ARRAYS = {name: f"{name.title().replace('Uint', 'UInt')}Array" for name, each in PRIMITIVES.items() if each.size}
+_RESERVED = {*_BASES.values(), *_ELSEWHERE, *_ARRAYS.values(), "Length"}
+"""The words of the language of types that a message may have as its name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +76,7 @@ class _Module:
     def lines(self, sources: Sources) -> Iterator[str]:
         """Yield the lines of the module."""
         outside = [each for each in self._definitions if each not in self._inside]
-        classes = [line for each in outside for line in ("", "", *self._class(each, 0))]
+        classes = [line for each in outside for line in ("", "", *self._class(each, 0), *self._alias(each))]
         classes += [line for kind in Kind for line in self._namespace(kind)]
         kinds = [(kind, sum(each.kind is kind for each in self._definitions)) for kind in Kind]
         held = ", ".join(counted(count, kind.noun) for kind, count in kinds if count)
@@ -79,6 +87,11 @@ class _Module:
         yield from imports(self._imports)
         yield from all_names(self._own)
         yield from classes
+
+    def _alias(self, definition: TypeDefinition) -> Iterator[str]:
+        """Yield another name for a message where a constant with its own name would hide it."""
+        if definition.kind is Kind.MESSAGE and definition.short in self._names:
+            yield from ("", "", f"_{definition.short} = {definition.short}")
 
     def _namespace(self, kind: Kind) -> Iterator[str]:
         """Yield a class around the types of a kind whose names others have: `control_msgs.action.GripperCommand`."""
@@ -117,8 +130,7 @@ class _Module:
                     yield from docstring(each.comment, depth)
 
     def _constant(self, constant: DefinedConstant) -> str:
-        word = "bool" if constant.base == "bool" else self._word(constant.base)
-        return f"{constant.name}: {self._word('ClassVar')}[{word}] = {literal(constant.value)}"
+        return f"{constant.name}: {self._word('ClassVar')}[{self._word(constant.base)}] = {self._value(constant.value)}"
 
     def _field(self, defined: DefinedField) -> str:
         return f"{defined.field.name}: {self._annotation(defined)} = {self._default(defined)}"
@@ -128,7 +140,7 @@ class _Module:
         if field.count is Count.ONE:
             return self._one(defined)
         if not field.nested and PRIMITIVES[field.base].size:
-            many = self._word(f"{field.base.title().replace('Uint', 'UInt')}Array")
+            many = self._word(_ARRAYS[field.base])
         else:
             many = f"{self._word('Sequence')}[{self._one(defined)}]"
         if field.count is Count.UNBOUNDED:
@@ -141,7 +153,7 @@ class _Module:
         field = defined.field
         if field.nested:
             return self._message(defined)
-        word = _WORDS.get(field.base) or self._word(field.base)
+        word = self._word(_WORDS.get(field.base, field.base))
         if not field.string_bound:
             return word
         return f"{self._word('Annotated')}[{word}, {self._word('Length')}(max={field.string_bound})]"
@@ -151,40 +163,50 @@ class _Module:
         number = not field.nested and PRIMITIVES[field.base].size > 0
         if field.count is Count.ONE:
             zero = False if field.base == "bool" else 0.0 if field.base.startswith("float") else 0 if number else ""
-            return f"{self._message(defined)}()" if field.nested else literal(zero if value is None else value)
+            return f"{self._message(defined)}()" if field.nested else self._value(zero if value is None else value)
         if number:
             if isinstance(value, tuple):
-                return f"{self._word('array')}([{', '.join(map(literal, value))}])"
+                return f"{self._word('array')}([{', '.join(map(self._value, value))}])"
             if field.base == "bool" and field.count is Count.FIXED:
                 return f"{self._word('array')}([False] * {field.size})"
             return f"{self._word('zeros')}({field.size if field.count is Count.FIXED else ''})"
         if isinstance(value, tuple):
-            return literal(value) if not value else f"({', '.join(map(literal, value))},)"
+            return "()" if not value else f"({', '.join(map(self._value, value))},)"
         one = f"{self._message(defined)}()" if field.nested else '""'
         return f"({one},) * {field.size}" if field.count is Count.FIXED else "()"
+
+    def _value(self, value: object) -> str:
+        """Return a value as source."""
+        if isinstance(value, float) and not isfinite(value):
+            return f"{'-' if value < 0 else ''}{self._word('nan' if isnan(value) else 'inf')}"
+        return literal(value)
 
     def _message(self, defined: DefinedField) -> str:
         """Return the name of a message class, imported if it is of another package."""
         package, _, short = defined.field.base.split("/")
         if package == self._package:
-            return short
+            return f"_{short}" if short in self._names else short
         module = self._home(defined.field.base, defined.type_place)
-        if short in self._own or self._word_of(short, module) is None:
+        if short in self._own or self._is_taken(short, module):
             above, _, name = module.rpartition(".")
-            self._imports[above or "."].add(name)
-            return f"{name}.{short}"
-        self._imports[module].add(short)
-        return short
+            return f"{self._imported(name, above or '.')}.{short}"
+        return self._imported(short, module)
 
-    def _word_of(self, short: str, module: str) -> str | None:
-        """Return the name by which a class is imported; None where another one is meant by that."""
+    def _is_taken(self, short: str, module: str) -> bool:
+        """Return whether another word or class is meant by the name of a class."""
         others = (names for each, names in self._imports.items() if each != module)
-        return None if short in _ELSEWHERE or any(short in names for names in others) else short
+        return short in _RESERVED or any({short, f"{short} as _{short}"} & names for names in others)
 
     def _word(self, word: str) -> str:
-        """Return a word of the language of types, imported; under another name where the package has that name."""
+        """Return a word of the language of types, imported where it is not Python's own."""
+        if word in ("bool", "str") and word not in self._names:
+            return word
+        return self._imported(word, _ELSEWHERE.get(word, _HOME))
+
+    def _imported(self, word: str, module: str) -> str:
+        """Return the name by which a word is imported: another one where the package has that name."""
         hidden = word in self._own or word in self._names
-        self._imports[_ELSEWHERE.get(word, _HOME)].add(f"{word} as _{word}" if hidden else word)
+        self._imports[module].add(f"{word} as _{word}" if hidden else word)
         return f"_{word}" if hidden else word
 
 

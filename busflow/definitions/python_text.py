@@ -15,12 +15,10 @@ _DIGITS = re.compile(r"(\d+)")
 def literal(value: object) -> str:
     """Return a value as source, text in double quotes.
 
-    >>> print(literal("it's"), literal(0.5), literal(float("inf")))
-    "it's" 0.5 float("inf")
+    >>> print(literal("it's"), literal(0.5))
+    "it's" 0.5
     """
     text = repr(value)
-    if isinstance(value, float) and text.lstrip("-") in ("inf", "nan"):
-        return f'float("{text}")'
     if isinstance(value, str) and text.startswith("'") and '"' not in text:
         return f'"{text[1:-1]}"'
     return text

@@ -15,7 +15,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self, cast, dataclass_transform, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast, dataclass_transform, get_args, get_origin, get_type_hints
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
@@ -64,6 +64,7 @@ _FIELD_NAME = re.compile(r"[a-z](_?[a-z0-9])*")
 _CONSTANT_NAME = re.compile(r"[A-Z](_?[A-Z0-9])*")
 _TYPE_NAME = re.compile(r"[A-Z][A-Za-z0-9]*")
 _PACKAGE_NAME = re.compile(r"[a-z](_?[a-z0-9])*")
+_CLASS_VARIABLE = re.compile(r"([\w.]+\.)?_?ClassVar\b(?!\.)")
 _SHOWN = 12
 """Longer sequences are cut short when a message is printed."""
 
@@ -106,7 +107,7 @@ class Message(BaseModel, metaclass=_Frozen):
         else:
             cls.__ros_name__ = full_name(cls, "msg", package)
         for name, annotation in written_annotations(cls).items():
-            if "ClassVar" not in str(annotation) and not name.startswith("_"):
+            if not _is_class_variable(annotation) and not name.startswith("_"):
                 _check_field_name(cls, name)
 
     @classmethod
@@ -351,7 +352,7 @@ def _constants(cls: type[Message]) -> Iterator[Constant]:
     """Yield the class variables whose annotation is a ROS type."""
     above = 0
     for name, annotation in written_annotations(cls).items():
-        if name.startswith("_") or "ClassVar" not in str(annotation):
+        if name.startswith("_") or not _is_class_variable(annotation):
             above += name in cls.model_fields
             continue
         try:
@@ -363,6 +364,13 @@ def _constants(cls: type[Message]) -> Iterator[Constant]:
             raise InvalidDeclaration(f"{cls.__name__}.{name}: {error}") from None
         if primitive is not None and not _CONSTANT_NAME.fullmatch(name):
             raise InvalidDeclaration(f"{cls.__name__}.{name}: ROS names a constant in upper case")
+
+
+def _is_class_variable(annotation: Any) -> bool:
+    """Return whether an annotation, or its text, is a `ClassVar`; a message type may have that name too."""
+    if isinstance(annotation, str):
+        return _CLASS_VARIABLE.match(annotation) is not None
+    return (get_origin(annotation) or annotation) is ClassVar
 
 
 def _evaluated(cls: type[Message], name: str, annotation: Any) -> Any:

@@ -10,11 +10,13 @@ from typing import Any
 
 import pytest
 
+from busflow.definitions.export import exported
 from busflow.definitions.generator import generate
 from busflow.definitions.library import Library
 from busflow.errors import InvalidDefinition, UnknownType
 from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.typesupport import TypeSupport
+from tests.definitions.any_package import Made
 from tests.definitions.test_library import write
 
 FILES = {
@@ -115,6 +117,41 @@ def test_what_no_module_can_hold_is_refused(sources, tmp_path, golden):
     library = Library([write(tmp_path, {"r/msg/C.idl": ""})])
     with golden.raises(UnknownType):
         generate(library, ["r"], tmp_path)
+
+
+HIDING = {
+    "words of Python": "string str\nstring text\nbool bool\nbool flag\nstring[2] texts",
+    "numbers without an end": "float32 float\nfloat64 inf\nfloat32 x nan\nfloat64[] y [inf, -inf]",
+    "a constant of a type": "uint8 IMU=1\nIMU imu\nIMU[2] two",
+    "a type of typing": "ClassVar[1] held\nuint8 A=1\nint8[<=2] few",
+    "modules": "p_msgs/B other\nint8 p_msgs\np_msgs/IMU imu",
+    "words of another package": "p_msgs/Length length\nstring<=2 text",
+}
+
+
+@pytest.mark.parametrize("text", HIDING.values(), ids=HIDING)
+def test_names_that_a_module_uses_may_be_those_of_the_package(tmp_path, text):
+    files = {"q_msgs/msg/A.msg": f"{text}\n", "q_msgs/msg/IMU.msg": "int8 x\n", "q_msgs/msg/ClassVar.msg": "int8 x\n"}
+    files |= {f"p_msgs/msg/{word}.msg": "int8 y\n" for word in ("B", "IMU", "Length")}
+    made = Made(write(tmp_path / "src", files), tmp_path)
+    support = TypeSupport(made.classes["q_msgs/msg/A"])
+    assert support.type_hash == rihs01(made.library.description("q_msgs/msg/A"))
+    assert repr(support.decode(support.encode(support.cls()))) == repr(support.cls())
+
+
+def test_minus_zero_is_a_default_of_its_own(tmp_path):
+    made = Made(write(tmp_path / "src", {"p_msgs/msg/A.msg": "float64 x -0.0\nfloat32[1] y [-0.0]\n"}), tmp_path)
+    assert exported("p_msgs", [*made.classes.values()], "MIT")["msg/A.msg"] == "float64 x -0\nfloat32[1] y [-0]\n"
+
+
+def test_words_of_python_name_no_class(tmp_path):
+    files = {"p_msgs/msg/None.msg": "int8 x\n", "p_msgs/msg/A.msg": "None x\n", "p_msgs/msg/B.msg": "int8 x\n"}
+    (made,) = generate(Library([write(tmp_path / "src", files)]), ["p_msgs"], tmp_path)
+    assert [each.message for each in made.left_out] == [
+        f"p_msgs/msg/{word} can be no class: None, of p_msgs/msg/None, is a word of Python" for word in ("A", "None")
+    ]
+    with pytest.raises(InvalidDefinition):
+        generate(Library([write(tmp_path / "more", {"lambda/msg/A.msg": "int8 x\n"})]), ["lambda"], tmp_path)
 
 
 def test_types_that_fit_no_class_are_left_out(tmp_path, golden):

@@ -3,7 +3,7 @@
 import contextlib
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from busflow.definitions.reader import MAX_BYTES, read_bytes, read_text
@@ -176,10 +176,17 @@ def test_windows_lines_and_byte_order_mark_are_read():
     assert [(each.field.name, each.comment) for each in read.parts[0].fields] == [("a", "one"), ("b", "more")]
 
 
+WORDS = ["msg", "srv", "action", "time", "Header", "string", "uint8", "float32", "nan", "1", "A", "x", "é", "---"]
+
+
 @given(
     st.sampled_from(["a/msg/B", "a/srv/B", "a/action/B"]),
-    st.text(st.sampled_from("abint8string[]<=>#'\"\\ /\n=A1,-.\t"), max_size=80),
+    st.one_of(
+        st.text(st.sampled_from("abint8string[]<=>#'\"\\ /\n=A1,-.\t"), max_size=80),
+        st.lists(st.sampled_from([*WORDS, *" \n/[]<=#'\".-_"]), max_size=20).map("".join),
+    ),
 )
+@example("a/msg/B", "msg s")
 def test_any_text_is_read_without_a_crash(name, text):
     with contextlib.suppress(InvalidDefinition):
         read_text(name, text, "B")

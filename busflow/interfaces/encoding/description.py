@@ -166,13 +166,20 @@ _STATED = {
 
 def default_text(value: bool | float | str | None, field: str, around: str) -> str:
     """Return the default of one value as the `.msg` file of the type `around` writes it, empty where it writes none."""
-    return written(value) if value or (value is not None and field in _STATED.get(around, ())) else ""
+    if value is None:
+        return ""
+    return written(value) if _is_stated(value) or field in _STATED.get(around, ()) else ""
 
 
 def array_text(values: Sequence[bool | float | str], count: Count) -> str:
     """Return the default of an array as a `.msg` file writes it, empty where it writes none."""
-    idle = not any(values) if count is Count.FIXED else not values
+    idle = not any(map(_is_stated, values)) if count is Count.FIXED else not values
     return "" if idle else f"[{', '.join(map(written, values))}]"
+
+
+def _is_stated(value: bool | float | str) -> bool:
+    """Return whether a value differs from the zero that ROS assumes; -0.0 does."""
+    return bool(value) or repr(value) == "-0.0"
 
 
 def written(value: bool | float | str) -> str:
