@@ -87,6 +87,7 @@ def _contents(bag: Bag) -> dict[str, Any]:
             "report": ledger.report,
             "complete": ledger.complete,
         },
+        "part": next((str(each.cut) for each in bag.series if each.cut is not None), None),
         "snapshot": next((each.reason for each in bag.series if each.reason), None),
         "processes": [_process(each) for each in bag.series if each.facts is not None and each.facts.process],
         "topics": topics,
@@ -157,6 +158,7 @@ def _show(bag: Bag, contents: dict[str, Any]) -> None:
 def _rows(bag: Bag, contents: dict[str, Any]) -> Iterator[tuple[str, object]]:
     reasons = contents["incomplete_because"]
     yield "state", "INCOMPLETE: " + "; ".join(reasons) if reasons else "complete"
+    yield "part", printable(contents["part"] or "")
     if bag.facts is not None:
         yield "run", bag.facts.run
         yield "seed", bag.facts.seed

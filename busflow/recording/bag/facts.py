@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, Self, cast
 
 FACTS = "busflow"
 """The name of the metadata at the beginning of a recording."""
@@ -51,6 +51,40 @@ class Facts:
 
 
 @dataclass(frozen=True, slots=True)
+class Cut:
+    """The place of a file in the recording from which it was converted, where it is only a part of it."""
+
+    of: str
+    """The name of that recording."""
+    from_ns: int | None = None
+    """Where it begins and ends, counted from the first message there; None where that recording does."""
+    to_ns: int | None = None
+    without: tuple[str, ...] = ()
+    """The topics that were left out."""
+
+    def __str__(self) -> str:
+        times = {"from": self.from_ns, "to": self.to_ns}
+        found = [f"{word} {at_ns / 1e9:g} s" for word, at_ns in times.items() if at_ns is not None]
+        found = [" ".join(found)] * bool(found) + [f"without {', '.join(self.without)}"] * bool(self.without)
+        return ", ".join([f"a part of {self.of}", *found])
+
+    @classmethod
+    def of_words(cls, metadata: Mapping[str, str]) -> Self | None:
+        """Return what a metadata record says; None if it speaks of no other recording."""
+        if "of" not in metadata:
+            return None
+        without = tuple(json_object(metadata.get("without")))
+        return cls(metadata["of"], _number(metadata.get("from")), _number(metadata.get("to")), without)
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The entries of a metadata record."""
+        times = {"from": self.from_ns, "to": self.to_ns}
+        stated = {word: str(at_ns) for word, at_ns in times.items() if at_ns is not None}
+        return {"of": self.of, **stated, "without": json.dumps(dict.fromkeys(self.without))}
+
+
+@dataclass(frozen=True, slots=True)
 class BagPart:
     """The place of a file among the parts of a recording that was split.
 
@@ -65,11 +99,12 @@ class BagPart:
     """The number of repeats of each topic."""
     reason: str = ""
     """What a snapshot shows; empty for a part of an ordinary recording."""
+    cut: Cut | None = None
 
     @property
     def begins_later(self) -> bool:
-        """True if it begins with other messages than the first of the run."""
-        return bool(self.reason) or self.first > 1
+        """True if it begins with other messages than the first of the run, or lacks some of its topics."""
+        return bool(self.reason) or self.first > 1 or self.cut is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +164,7 @@ def part_of(metadata: Mapping[str, str]) -> BagPart:
     counts = json_object(metadata.get("repeated")).items()
     repeated = {topic: count for topic, count in counts if isinstance(count, int)}
     number, first = _number(metadata.get("number")) or 0, _number(metadata.get("first")) or 1
-    return BagPart(number, first, repeated, metadata.get("reason", ""))
+    return BagPart(number, first, repeated, metadata.get("reason", ""), Cut.of_words(metadata))
 
 
 def later_publishers(metadata: Mapping[str, str]) -> Mapping[str, Sequence[str]]:

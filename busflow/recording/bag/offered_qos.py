@@ -40,14 +40,24 @@ def offered(text: str | None) -> QoS | None:
     Raises:
         BagError: The text is no such list.
     """
-    if not text:
-        return None
+    found = _profiles(text)
+    return _all(found) if found else None
+
+
+def kept_depths(text: str | None) -> list[int]:
+    """Return how many messages each publisher keeps for late joiners: of each `transient_local` one its depth."""
     try:
-        profiles = yaml.safe_load(text[:_LONGEST_TEXT])
-        found = [_profile(each) for each in profiles or ()]
+        return [each.depth for each in _profiles(text) if each.durability is Durability.TRANSIENT_LOCAL]
+    except BagError:  # no reader could use it either
+        return []
+
+
+def _profiles(text: str | None) -> list[QoS]:
+    try:
+        profiles = yaml.safe_load((text or "")[:_LONGEST_TEXT])
+        return [_profile(each) for each in profiles or ()]
     except (yaml.YAMLError, AttributeError, TypeError, ValueError, KeyError, OverflowError, RecursionError) as error:
         raise BagError(f"the offered QoS of a topic is not what ROS 2 writes: {type(error).__name__}") from None
-    return _all(found) if found else None
 
 
 def _all(profiles: list[QoS]) -> QoS:

@@ -20,6 +20,7 @@ from busflow.recording.bag.facts import (
     LEDGER,
     PART,
     BagPart,
+    Cut,
     Facts,
     RunOutcome,
     facts_of,
@@ -42,17 +43,18 @@ def merged(series: Sequence[Iterable[Entry]]) -> Iterator[Numbered]:
     return heapq.merge(*lanes, key=lambda found: found[1].log_time_ns)
 
 
-def renumbered(found: Iterable[Numbered], before: Iterable[int]) -> Iterator[Entry]:
+def renumbered(found: Iterable[Numbered], before: Iterable[int | None]) -> Iterator[Entry]:
     """Yield the messages with numbers over all of them; what is missing in a series leaves as large a gap.
 
     Args:
         found: the messages.
-        before: for each series the number after which its messages begin.
+        before: for each series the number after which its messages begin; None if they begin with any number.
     """
     last = dict(enumerate(before))
     number = 0
     for series, entry in found:
-        number += max(1, entry.sequence - last[series])
+        known = last[series]
+        number += 1 if known is None else max(1, entry.sequence - known)
         last[series] = entry.sequence or last[series]  # a repeat has none
         yield entry._replace(sequence=number)
 
@@ -122,6 +124,16 @@ class Series:
     def reason(self) -> str:
         """What it shows, if it is a snapshot of a run's last moments."""
         return next((each.reason for each in self.parts if each is not None), "")
+
+    @property
+    def cut(self) -> Cut | None:
+        """Its place in another recording, if it was converted from a part of it."""
+        return next((each.cut for each in self.parts if each is not None), None)
+
+    @property
+    def picked(self) -> bool:
+        """True if topics were left out of it, so that numbers are missing."""
+        return self.cut is not None and bool(self.cut.without)
 
     @property
     def whole(self) -> bool:
@@ -215,7 +227,7 @@ class Series:
             before = sequence or before  # a repeat has none
         for file in self.files:
             counts.update(dict.fromkeys(file.channels, 0))
-        return Survey(counts, first, last, gaps if self.facts is not None else 0)
+        return Survey(counts, first, last, gaps if self.facts is not None and not self.picked else 0)
 
 
 def _part(file: BagFile) -> BagPart | None:

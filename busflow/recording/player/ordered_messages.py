@@ -13,6 +13,7 @@ from busflow.bus.patterns import Selection
 from busflow.clock import NS_PER_S
 from busflow.errors import BagError, NoSuchTarget
 from busflow.recording.bag.channel import Channel, Entry, unreadable
+from busflow.recording.bag.kept import kept
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
@@ -126,8 +127,14 @@ class OrderedMessages:
             self._thread.shutdown(wait=False)
 
     def _from(self, moment_ns: int) -> Generator[Entry]:
-        begin = None if moment_ns <= self._first_ns else moment_ns  # what the clock set back is played from the start
-        return self._bag.entries(self._channels.__contains__, start_ns=begin)
+        if moment_ns <= self._first_ns:  # what the clock set back is played from the start
+            return self._bag.entries(self._channels.__contains__)
+        return self._later(moment_ns)
+
+    def _later(self, moment_ns: int) -> Generator[Entry]:
+        wanted = self._channels.__contains__
+        yield from kept(self._bag, wanted, moment_ns)
+        yield from self._bag.entries(wanted, start_ns=moment_ns)
 
     def _read_ahead(self, thread: ThreadPoolExecutor) -> asyncio.Future[_Read]:
         return asyncio.get_running_loop().run_in_executor(thread, self._read, self._entries, _AHEAD_BYTES)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from busflow import timeouts
+from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import BagError, IncompleteRecording, LaunchError, NotRunning, ReplayDiffers
 from busflow.interfaces.message import Message
 from busflow.log import Log, LogRecord
 from busflow.recording.bag.bag import Bag
+from busflow.recording.recorder.ticks import TICKS
 from busflow.recording.replay.comparison import Check, Difference
 from busflow.recording.replay.history import Past, past_of
 from busflow.recording.replay.nodes import OF_THE_RUN, replay_plan
@@ -136,7 +138,7 @@ def replay(
         _refuse_incomplete(bag, allow_incomplete)
         loop = VirtualLoop(thread_s=timeouts.current.run_thread, ends_handlers=False)
         comparison = _comparison(bag, tolerance, time_tolerance_s)
-        main = _replay(bag, what, names, args, comparison, loop=loop, keep=keep, record=record)
+        main = _replay(bag, what, names, args, comparison, loop=loop, keep=keep, record=record, partly=allow_incomplete)
         outcome = run_virtual(main, name="replay", loop=loop)
         _refuse_incomplete(bag, allow_incomplete)
     return outcome
@@ -152,6 +154,7 @@ async def _replay(
     loop: VirtualLoop,
     keep: int | None,
     record: str | Path | None,
+    partly: bool,
 ) -> Replay:
     past = past_of(bag)
     clock = ReplayClock(loop, past.started_ns, slack_ns=0 if past.simulated else _SLACK_NS)
@@ -167,6 +170,8 @@ async def _replay(
     if not nodes:
         raise BagError("there is no node to run: name a launch file or node classes")
     _refuse_unrelated(bag, plan.nodes, past)
+    if not partly:
+        _refuse_picked(bag, plan.nodes)
     ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
     check = Check(comparison, started_ns=past.started_ns, forgiven_from_ns=ending)
     rerun = Rerun(graph, bag, past, check, clock=clock, others_publish=replayed.others_publish, keep=keep)
@@ -181,7 +186,7 @@ async def _replay(
             "the replay has a message there"
         )
     outputs = {topic: list(messages) for topic, messages in rerun.outputs.items()}
-    notes = [*replayed.notes, *rerun.notes]
+    notes = [*replayed.notes, *_part_notes(bag), *rerun.notes]
     return Replay(str(bag.path), nodes, check.differences, check.count, dict(check.compared), outputs, log, notes)
 
 
@@ -202,6 +207,29 @@ def _refuse_unrelated(bag: Bag, nodes: Sequence[PlannedNode], past: Past) -> Non
         raise BagError(
             f"{', '.join(sorted(names))} cannot be replayed on this recording, which has none of the topics: "
             f"{', '.join(sorted(topics))}"
+        )
+
+
+def _refuse_picked(bag: Bag, nodes: Sequence[PlannedNode]) -> None:
+    """Refuse a part of a recording that was made without topics which these nodes need."""
+    topics = {end.topic for each in nodes for end in (*each.publishers, *each.subscriptions)} - OF_THE_RUN
+    topics |= {end.service + SUFFIX for each in nodes for end in (*each.servers, *each.clients)}
+    topics |= {PARAMETER_EVENTS} | ({TICKS} if any(each.runtime.endpoints.timers for each in nodes) else set())
+    for cut in {each.cut for each in bag.series if each.cut is not None}:
+        lacking = [each for each in cut.without if each in topics]
+        if lacking:
+            raise IncompleteRecording(
+                f"{bag.path} is {cut}: a replay of these nodes needs {', '.join(lacking)}; convert it with these "
+                "topics, or replay the whole; --incomplete, or allow_incomplete=True, replays what there is"
+            )
+
+
+def _part_notes(bag: Bag) -> Iterator[str]:
+    """Yield what the nodes lack in a part of a recording that begins later."""
+    for cut in {each.cut for each in bag.series if each.cut is not None and each.cut.from_ns is not None}:
+        yield (
+            f"{bag.path.name} is {cut}: the nodes begin without the state and parameters that they had there; "
+            f"for the same results replay {cut.of}"
         )
 
 

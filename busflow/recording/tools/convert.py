@@ -6,12 +6,15 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from busflow.errors import BagError, MalformedMessage
 from busflow.recording.bag.channel import Channel, Entry, unreadable
+from busflow.recording.bag.kept import kept
 from busflow.recording.bag.series import renumbered
+from busflow.recording.tools.cut import cut_of, words_of
 from busflow.recording.tools.flat import listed
 from busflow.recording.tools.sink import Sink, TopicFiles
 from busflow.recording.tools.target import new_directory, new_file
@@ -84,13 +87,19 @@ def convert(
     """
     chosen = bag.channels if channels is None else channels
     done = Converted(faults={channel: str(fault) for channel, fault in unreadable(chosen, form.fault).items()})
-    entries = _entries(bag, None if channels is None else channels.__contains__, *times)
+    wanted = frozenset(chosen).__contains__
+    start_ns, first_ns = times[0], bag.start_ns
+    later = start_ns is not None and first_ns is not None and start_ns > first_ns
+    repeats = kept(bag, wanted, start_ns) if later and start_ns is not None else []
+    rest = _entries(bag, None if channels is None else wanted, *times, later=later)
+    first = next(rest, None)
+    entries = chain(repeats, [] if first is None else [first], rest)
     if not isinstance(target, Path):
         return _write(JsonlFile(target, line_of), entries, done, on_message)
-    partly = channels is not None or times != (None, None) or bool(done.faults)
     chosen = [each for each in chosen if each not in done.faults]
+    part = words_of(bag, cut_of(bag, chosen, times), repeats, 1 if first is None else first.sequence)
     place = new_directory(target) if form.is_directory else new_file(target)
-    with place as path, closing(_sink(form, path, target, bag, line_of, chosen, partly=partly)) as sink:
+    with place as path, closing(_sink(form, path, target, bag, line_of, chosen, part)) as sink:
         return _write(sink, entries, done, on_message)
 
 
@@ -111,12 +120,12 @@ def _write(sink: Sink, entries: Iterator[Entry], done: Converted, on_message: Ca
 
 
 def _entries(
-    bag: Bag, wanted: Callable[[Channel], bool] | None, start_ns: int | None, end_ns: int | None
+    bag: Bag, wanted: Callable[[Channel], bool] | None, start_ns: int | None, end_ns: int | None, *, later: bool
 ) -> Iterator[Entry]:
     """Return the messages; those of several processes get numbers over all of them, since each has begun at 1."""
     if len(bag.series) == 1:
         return bag.entries(wanted, start_ns, end_ns)
-    return renumbered(bag.numbered(wanted, start_ns, end_ns), [each.before for each in bag.series])
+    return renumbered(bag.numbered(wanted, start_ns, end_ns), [None if later else each.before for each in bag.series])
 
 
 def _sink(
@@ -126,8 +135,7 @@ def _sink(
     bag: Bag,
     line_of: Callable[[Mapping[str, Any]], str],
     channels: Collection[Channel],
-    *,
-    partly: bool,
+    part: Mapping[str, str],
 ) -> Sink:
     """Return a sink for the messages; imports only the libraries of its format."""
     match form:
@@ -144,11 +152,11 @@ def _sink(
         case TargetFormat.ROS2BAG:
             from busflow.recording.tools.to_mcap import Rosbag2Directory
 
-            return Rosbag2Directory(path, target.name, bag, channels, partly=partly)
+            return Rosbag2Directory(path, target.name, bag, channels, part)
         case TargetFormat.MCAP:
             from busflow.recording.tools.to_mcap import McapCopy
 
-            return McapCopy(path.open("wb"), bag, channels, partly=partly)
+            return McapCopy(path.open("wb"), bag, channels, part)
 
 
 class JsonlFile:

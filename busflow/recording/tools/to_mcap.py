@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -31,8 +31,8 @@ class McapCopy:
         stream: IO[bytes],
         bag: Bag,
         channels: Iterable[Channel],
+        part: Mapping[str, str],
         *,
-        partly: bool,
         qos: Callable[[Channel], str] = lambda channel: channel.qos or "",
     ) -> None:
         """Begin a file.
@@ -41,12 +41,12 @@ class McapCopy:
             stream: What is written to, and closed in the end.
             bag: Whose facts go with the messages.
             channels: Those whose messages will come; one may have none.
-            partly: Whether messages are left out, which the file then states.
+            part: The metadata of a part of a recording; empty for a whole one.
             qos: What is written of a channel's offered QoS.
         """
         self._writer = Writer(stream, chunk_size=CHUNK_BYTES, enable_data_crcs=True)
         self._writer.start("ros2", library())
-        self._bag, self._partly = bag, partly
+        self._bag, self._is_cut, self._recorded = bag, part_of(part).cut is not None, 0
         self._stream, self._qos = stream, qos
         self._channels: dict[Channel, int] = {}
         self._schemas: dict[tuple[str, str, bytes], int] = {}
@@ -56,10 +56,10 @@ class McapCopy:
                 if facts != file.metadata[FACTS]:  # whose own counts are not those of the run
                     facts["heard"] = "by each process"
                 self._writer.add_metadata(FACTS, facts)
-            if PART in file.metadata and len(bag.series) == 1 and part_of(file.metadata[PART]).begins_later:
-                self._writer.add_metadata(PART, file.metadata[PART])
             if file.launch_file is not None:
                 self._writer.add_attachment(0, 0, LAUNCH_FILE, "application/yaml", file.launch_file.encode())
+        if part:
+            self._writer.add_metadata(PART, dict(part))
         for channel in channels:
             self._channels[channel] = self._declare(channel)
 
@@ -67,6 +67,7 @@ class McapCopy:
         """Write a message."""
         number = self._channels[entry.channel]
         self._writer.add_message(number, entry.log_time_ns, entry.payload, entry.publish_time_ns, entry.sequence)
+        self._recorded += entry.sequence > 0  # a repeat has none
 
     def close(self) -> None:
         """Write the ledger and the summary."""
@@ -75,12 +76,14 @@ class McapCopy:
         ledger = dict(joined(words)) if bag.ledger is not None else {}
         if len(bag.series) > 1:
             ledger = _of_all(bag)
-        ledger.pop("continued", None)
-        some_parts = not all(each.whole for each in bag.series)
-        if self._partly or some_parts or bag.damage is not None:
-            partial = "only some parts were converted" if some_parts else "only some topics were converted"
-            why = ledger.get("recovered") or (partial if bag.damage is None else bag.damage.what)
-            ledger |= {"complete": "false", "recovered": why}
+        if len(bag.files) > 1 or self._is_cut:
+            ledger.pop("continued", None)
+        if self._is_cut and ledger:
+            ledger["recorded"] = str(self._recorded)
+        some_parts = len(bag.files) > 1 and not all(each.whole for each in bag.series)
+        if some_parts or bag.damage is not None:
+            partial = "only some parts were converted" if bag.damage is None else bag.damage.what
+            ledger |= {"complete": "false", "recovered": ledger.get("recovered") or partial}
         if ledger:
             self._writer.add_metadata(LEDGER, ledger)
         self._writer.finish()
@@ -116,13 +119,15 @@ def _definition(channel: Channel) -> tuple[str, bytes]:
 class Rosbag2Directory:
     """Writes a directory that `ros2 bag` reads."""
 
-    def __init__(self, directory: Path, name: str, bag: Bag, channels: Iterable[Channel], *, partly: bool) -> None:
+    def __init__(
+        self, directory: Path, name: str, bag: Bag, channels: Iterable[Channel], part: Mapping[str, str]
+    ) -> None:
         """Begin a bag of this name in a directory that is there."""
         self._directory, self._file = directory, f"{name}_0.mcap"
         self._counts: Counter[Channel] = Counter({each: 0 for each in channels if each.encoding == "cdr"})
         # Readers match a topic of the file with one of the metadata only if both offer the same.
         stream = (directory / self._file).open("wb")
-        self._copy = McapCopy(stream, bag, self._counts, partly=partly, qos=_profiles)
+        self._copy = McapCopy(stream, bag, self._counts, part, qos=_profiles)
         self._first, self._last = (1 << 63) - 1, 0
 
     def write(self, entry: Entry) -> None:

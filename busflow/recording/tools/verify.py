@@ -184,7 +184,10 @@ def _examine_messages(bag: Bag, found: Examination, on_message: Callable[[], Non
         on_message()
         repeated = not entry.sequence and bag.series[number].parts[0] is not None
         if bag.facts is not None and not repeated:
-            for message in _out_of_sequence(before[number], entry.sequence):
+            last = (
+                entry.sequence - 1 if bag.series[number].picked and entry.sequence > before[number] else before[number]
+            )
+            for message in _out_of_sequence(last, entry.sequence):
                 kind = FindingKind.INCOMPLETE if entry.sequence > before[number] else FindingKind.WRONG
                 found.add(kind, "sequence", _prefix(bag, number) + message)
             before[number] = entry.sequence
@@ -249,7 +252,7 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, s
         yield FindingKind.WRONG if code == "ledger" else FindingKind.INCOMPLETE, code, text
     if len(series.files) > 1 and not series.whole:
         yield FindingKind.INCOMPLETE, "unfinished", "parts of it are missing"
-    partly = series.reason or not series.whole or (series.facts and series.facts.recorded_by)
+    partly = series.reason or series.cut or not series.whole or (series.facts and series.facts.recorded_by)
     if ledger is not None and not missing and not partly:  # else there are only the run's counts
         published = _published(ledger, elsewhere=bool(series.facts and series.facts.process))
         for name, count in series.counts_by_topic().items():

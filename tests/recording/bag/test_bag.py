@@ -1,6 +1,6 @@
 """A bag gives its messages in order, whole or damaged.
 
-Tests of `bag.py`, `bag_file.py`, `completeness.py`, `facts.py` and `series.py`.
+Tests of `bag.py`, `bag_file.py`, `completeness.py`, `facts.py`, `kept.py` and `series.py`.
 """
 
 import pytest

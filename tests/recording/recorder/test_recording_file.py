@@ -122,10 +122,11 @@ def test_every_command_takes_parts_and_directory(parts, tmp_path, capsys):
     replay(parts, Map, Arm).assert_same()
 
 
-def test_a_part_alone_converts_to_some(parts, tmp_path):
+def test_a_part_alone_converts_to_that_part(parts, tmp_path):
     assert main(["bag", "convert", str(parts / "run_1.mcap"), str(tmp_path / "one.mcap"), "--to", "mcap"]) == 0
     with Bag(tmp_path / "one.mcap") as bag, Bag(parts / "run_1.mcap") as part:
-        assert "some parts" in bag.incomplete[0]
+        assert (bag.incomplete, bag.series[0].parts) == ((), part.series[0].parts)
+        assert not bag.series[0].whole
         assert list(bag.entries()) == list(part.entries())
 
 
