@@ -19,12 +19,14 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from pydantic_core import PydanticCustomError
 
+from busflow.interfaces.sequences import FieldArray
 from busflow.text import printable
 from busflow.validation.annotations import EXACT
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 AnyArray = NDArray[Any]
 
+_ARRAYS = (np.ndarray, FieldArray)
 _BYTES = (bytes, bytearray, memoryview)
 _LISTS = (list, tuple)
 _CODES = {
@@ -68,7 +70,7 @@ def take(array: NDArray[Scalar]) -> NDArray[Scalar]:
         return frozen(array.copy())
     for each in chain:
         each.flags.writeable = False
-    return array.view(np.ndarray)
+    return array.view(np.ndarray).view(FieldArray)
 
 
 def zeros(length: int = 0) -> Any:
@@ -85,15 +87,10 @@ def array(values: Sequence[float]) -> Any:
 
 
 def frozen(value: NDArray[Scalar]) -> NDArray[Scalar]:
-    """Return `value` itself if it cannot be written to, else a frozen copy."""
-    if is_frozen(value):
-        return value
-    if not value.flags.writeable and value.base is None:
-        return value.view()
-    if value.size == 0:
-        return take(np.empty(value.shape, value.dtype))
-    copied = np.frombuffer(value.tobytes(), value.dtype)
-    return copied if value.ndim == 1 else copied.reshape(value.shape)
+    """Return `value` itself, or a view of it, if it cannot be written to; else a frozen copy."""
+    if not value.flags.writeable and (value.base is None or is_frozen(value)):
+        return value if type(value) is FieldArray and value.base is not None else value.view(FieldArray)
+    return FieldArray(value.shape, value.dtype, value.tobytes())
 
 
 def is_frozen(value: AnyArray) -> bool:
@@ -102,7 +99,7 @@ def is_frozen(value: AnyArray) -> bool:
         base: Any = value.base
         if type(base) is bytes:
             return True
-        if type(base) is not np.ndarray:
+        if type(base) not in _ARRAYS:
             return False
         if base.base is None:
             return not base.flags.writeable
@@ -118,19 +115,27 @@ def checker(
     An array of several dimensions is flattened row by row where that is how it is meant: a picture's or a map's bytes,
     a matrix in a field of fixed length. Elsewhere it is a mistake.
     """
-    wanted = np.dtype(dtype)
-    ndarray, is_bytes = np.ndarray, wanted == np.uint8
+    wanted, numbers = np.dtype(dtype), cast("Any", FieldArray)
+    is_bytes, usual, code = wanted == np.uint8, _USUAL[wanted.kind], _CODES[wanted]
+    is_unlimited = exactly is None and at_most is None
     by_rows = exactly is not None or (wanted.itemsize == 1 and wanted.kind in "iu")
 
     def check(value: Any) -> AnyArray:
         # A frozen array of the right type passes here, without a copy: this is the path that must be fast.
-        if type(value) is ndarray and value.dtype is wanted and value.ndim == 1:
-            base: Any = value.base
-            checked: AnyArray = value if type(base) is bytes else frozen(value)
-        elif type(value) in _LISTS and value:
-            checked = _from_list(value, wanted, low, high)
-        elif is_bytes and type(value) is bytes and value:
-            checked = np.frombuffer(value, wanted)
+        if type(value) is numbers and value.dtype is wanted and value.ndim == 1 and type(value.base) is bytes:
+            if is_unlimited or len(value) == exactly:
+                return value
+            checked: AnyArray = value
+        elif (kind := cast("Any", type(value))) in _LISTS and value and countOf(map(type, value), usual) == len(value):
+            # Packing into bytes checks the range of each value and makes memory that stays read-only, in one go.
+            try:
+                checked = numbers(len(value), wanted, _packer(len(value), code)(*value))
+            except (StructError, OverflowError):
+                raise _unfit(value, wanted, low, high) from None
+        elif kind in _ARRAYS and value.dtype is wanted and value.ndim == 1:
+            checked = numbers(len(value), wanted, value.tobytes()) if value.flags.writeable else frozen(value)
+        elif is_bytes and kind is bytes:
+            checked = numbers(len(value), wanted, value)
         else:
             if not by_rows:
                 _refuse_dimensions(value)
@@ -151,7 +156,7 @@ def same(left: AnyArray, right: AnyArray) -> bool:
 
 def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
     """Return a new or flattened array of `dtype` with the values of `value`, each of which must fit exactly."""
-    if isinstance(value, _LISTS):
+    if isinstance(value, (*_LISTS, range)):
         values = cast("Sequence[Any]", value)
         return _from_list(values, dtype, low, high) if values else np.empty(0, dtype)
     if isinstance(value, _BYTES):
@@ -185,20 +190,21 @@ def _refuse_dimensions(value: Any) -> None:
         raise _refused(f"takes one dimension, not the shape {value.shape}; array.ravel() has its values in one")
 
 
-def _from_list(values: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
-    count, usual = len(values), _USUAL[dtype.kind]
-    if others := countOf(map(type, values), usual) < count:
-        _refuse_others(values, dtype)
+def _from_list(values: Sequence[Any], dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
+    """Return an array of any numbers that fit, e.g. of numpy's; `check` takes a list of the usual ones itself."""
+    _refuse_others(values, dtype)
     try:
-        # Packing into bytes checks the range of each value and makes memory that stays read-only, in one go.
-        packed = np.frombuffer(_packer(count, dtype)(*values), dtype)
+        packed = FieldArray(len(values), dtype, _packer(len(values), _CODES[dtype])(*values))
     except (StructError, OverflowError):
-        between = f" from {low} to {high}" if dtype.kind in "iu" else ""
-        words = _ACCEPTED[dtype.kind][2]
-        raise _refused(f"takes {words}{between} that fit {dtype}, not {values!r:.200}") from None
-    if others and dtype.kind == "f":
+        raise _unfit(values, dtype, low, high) from None
+    if dtype.kind == "f":
         _refuse_inexact(values, packed)
     return packed
+
+
+def _unfit(values: Sequence[Any], dtype: np.dtype[Any], low: int, high: int) -> PydanticCustomError:
+    between = f" from {low} to {high}" if dtype.kind in "iu" else ""
+    return _refused(f"takes {_ACCEPTED[dtype.kind][2]}{between} that fit {dtype}, not {values!r:.200}")
 
 
 def _refuse_others(values: Sequence[Any], dtype: np.dtype[Any]) -> None:
@@ -220,8 +226,8 @@ def _refuse_inexact(values: Sequence[Any] | AnyArray, floats: AnyArray) -> None:
 
 
 @lru_cache(256)
-def _packer(count: int, dtype: np.dtype[Any]) -> Callable[..., bytes]:
-    return Struct(f"={count}{_CODES[dtype]}").pack
+def _packer(count: int, code: str) -> Callable[..., bytes]:
+    return Struct(f"={count}{code}").pack
 
 
 def _from_bytes(value: bytes, dtype: np.dtype[Any]) -> AnyArray:

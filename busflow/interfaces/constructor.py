@@ -18,6 +18,7 @@ from pydantic_core import ErrorDetails
 from busflow.errors import Fault, InvalidMessage
 from busflow.interfaces.codegen import FunctionSource, word
 from busflow.interfaces.fields import PRIMITIVES, ArrayKind, FieldType, Primitive, round_float32
+from busflow.interfaces.sequences import FieldTuple
 from busflow.text import did_you_mean, printable
 from busflow.validation.annotations import at
 from busflow.validation.faults import MOST_FAULTS, dotted, located
@@ -200,27 +201,29 @@ def _text_check(bound: int | None) -> Callable[[Any], str]:
     return check
 
 
-def _items_check(field: FieldType) -> Callable[[Any], tuple[Any, ...]]:
+def _items_check(field: FieldType) -> Callable[[Any], FieldTuple[Any]]:
     """Return a function that makes a tuple of the value given for a sequence of texts or messages."""
     text = None if isinstance(field.base, type) else _text_check(field.string_bound)
     kind = field.base if isinstance(field.base, type) else str
     least, most = field.size if field.array is ArrayKind.FIXED else 0, field.size
 
-    known: Any = object()
+    known: tuple[object, FieldTuple[Any]] = (object(), FieldTuple())  # one tuple: other threads construct too
 
-    def check(value: Any) -> tuple[Any, ...]:
+    def check(value: Any) -> FieldTuple[Any]:
         nonlocal known
-        if value is known:  # a tuple that was found right before, as of the names of joints
-            return value
-        if type(value) not in (list, tuple):
+        former, made = known
+        if value is former:  # a tuple that was found right before, as of the names of joints
+            return made
+        given = cast("Any", type(value))
+        if given not in (FieldTuple, tuple, list):
             raise ValueError
         count = len(value)
         if countOf(map(type, value), kind) < count or count < least or (most and count > most):
             raise ValueError
-        if text is None:
-            return tuple(value)
-        text("".join(value)) if field.string_bound is None else [*map(text, value)]
-        known = made = tuple(value)
+        made = value if given is FieldTuple else FieldTuple(value)
+        if text is not None:
+            text("".join(value)) if field.string_bound is None else [*map(text, value)]
+            known = (made if given is list else value, made)
         return made
 
     return check

@@ -21,6 +21,7 @@ from pydantic_core import core_schema as cs
 
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces import arrays
+from busflow.interfaces.sequences import FieldTuple
 from busflow.text import printable
 from busflow.validation.annotations import EXACT
 
@@ -228,7 +229,7 @@ class FieldType:
             if primitive and primitive.dtype and self.array is not ArrayKind.NONE:
                 return primitive.array_check(self.array, self.size)(value)
             if value == () and self.array is not ArrayKind.FIXED:
-                return ()
+                return FieldTuple()
             if type(value) is self.base or (value == "" and self.array is ArrayKind.NONE):
                 return value
             return TypeAdapter(cast("Any", Annotated[Any, self])).validate_python(value)
@@ -249,12 +250,13 @@ class FieldType:
             item = _nested(self.base, handler)
         if self.array is ArrayKind.NONE:
             return item
-        items = cs.tuple_schema(
+        plain = cs.tuple_schema(
             [item],
             variadic_item_index=0,
             min_length=self.size if self.array is ArrayKind.FIXED else None,
             max_length=self.size or None,
         )
+        items = cs.no_info_after_validator_function(FieldTuple, plain)
         # A set has no order and text is a sequence of text: only lists and tuples are meant.
         ordered = cs.chain_schema([cs.is_instance_schema((list, tuple), cls_repr="list or tuple"), items])
         return cs.json_or_python_schema(items, ordered)
@@ -302,6 +304,9 @@ def understand(name: str, info: FieldInfo) -> FieldType | None:
         if isinstance(default, np.ndarray | BaseModel):
             # Pydantic deep-copies a default that has no hash, for each message; all share this one instead.
             info.default, info.default_factory = PydanticUndefined, lambda: cast("Any", default)
+        elif isinstance(default, FieldTuple):
+            # Pydantic writes a plain tuple into its schemas, and makes the field's own of it where it is used.
+            info.default, info.validate_default = tuple(cast("FieldTuple[Any]", default)), True
         else:
             info.default = default
     elif info.default_factory is not None:

@@ -12,6 +12,7 @@ from hypothesis.extra import numpy as npst
 from pydantic_core import PydanticCustomError
 
 from busflow.interfaces.arrays import array, checker, frozen, is_frozen, same, take, zeros
+from busflow.interfaces.sequences import FieldArray
 
 INTEGERS = ["int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64"]
 FLOATS = ["float32", "float64"]
@@ -63,7 +64,7 @@ def assert_nobody_can_write(value):
 @pytest.mark.parametrize("dtype", [*INTEGERS, *FLOATS])
 def test_any_integers_become_the_field_s_array_type(dtype, value):
     made = check(dtype, value)
-    assert type(made) is np.ndarray
+    assert type(made) is FieldArray
     assert made.dtype == np.dtype(dtype)
     assert made.tolist() == [1, 2, 3]
     assert_nobody_can_write(made)
@@ -242,12 +243,12 @@ def test_take_copies_memory_that_numpy_does_not_own(foreign):
     assert_nobody_can_write(given)
 
 
-def test_take_of_a_subclass_gives_a_plain_array():
+def test_take_of_a_subclass_gives_an_array_of_a_field():
     class Special(np.ndarray):
         pass
 
     given = take(np.zeros(3).view(Special))
-    assert type(given) is np.ndarray
+    assert type(given) is FieldArray
     assert is_frozen(given)
 
 

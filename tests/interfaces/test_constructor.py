@@ -106,7 +106,7 @@ def test_each_field_checks_a_known_text_itself():
         two: Annotated[Sequence[str], Length(2)] = ("a", "b")
 
     one = ("a",)
-    assert Texts(any_number=one).any_number is Texts(any_number=one).any_number is one
+    assert Texts(any_number=one).any_number is Texts(any_number=one).any_number == one
     for _ in range(2):
         with pytest.raises(InvalidMessage, match="two"):
             Texts(any_number=one, two=one)

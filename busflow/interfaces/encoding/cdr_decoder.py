@@ -23,7 +23,6 @@ import numpy as np
 from pydantic import BaseModel
 
 from busflow.interfaces import fields
-from busflow.interfaces.arrays import AnyArray
 from busflow.interfaces.codegen import FunctionSource, word
 from busflow.interfaces.constructor import blank, has_rules
 from busflow.interfaces.encoding.cdr_encoder import FAULTS, SMALL
@@ -32,6 +31,7 @@ from busflow.interfaces.encoding.description import PRIMITIVES
 from busflow.interfaces.encoding.plain_reader import wide_text
 from busflow.interfaces.fields import ArrayKind, FieldType
 from busflow.interfaces.message import Message, fields_of
+from busflow.interfaces.sequences import FieldArray, FieldTuple
 
 _ORDERS = {"little": "<", "big": ">"}
 _HEADERS = {"little": 0x0100, "big": 0}
@@ -51,11 +51,22 @@ def decoder(
 
 
 @dataclass(frozen=True, slots=True)
+class _Small:
+    """A small array of fixed length: its bytes, and the expression of a new array.
+
+    An array is used again while its bytes are the same, e.g. the covariances of an IMU.
+    """
+
+    raw: str
+    array: str
+
+
+@dataclass(frozen=True, slots=True)
 class _Parts:
     """A message that is read but not yet built: its fields as expressions, or as messages of this kind."""
 
     cls: type[Message]
-    fields: tuple[tuple[str, str | _Parts], ...]
+    fields: tuple[tuple[str, str | _Small | _Parts], ...]
 
 
 class _Decoder:
@@ -67,6 +78,8 @@ class _Decoder:
         self._source = FunctionSource()
         self._at: int | None = 0
         """The offset where it is known; elsewhere the function counts it in `offset`."""
+        self._is_even = False
+        """Whether `offset` is known to be a multiple of 4, as behind most numbers."""
         self._run, self._names = [Item("H2x", 1, HEADER_SIZE)], ["header"]
         """The values that the next format will unpack, and their names."""
         self._blanks: dict[type[Message], type[BaseModel]] = {}
@@ -104,19 +117,19 @@ class _Decoder:
             self._run.append(Item("x", 1, 1))
         return _Parts(cls, tuple((field.name, self._field(field)) for field in fields))
 
-    def _field(self, field: FieldType) -> str | _Parts:
+    def _field(self, field: FieldType) -> str | _Small | _Parts:
         if field.array is ArrayKind.NONE:
             return self._item(field)
         fixed = field.array is ArrayKind.FIXED
         if isinstance(field.base, str) and PRIMITIVES[field.base].size:
             size = PRIMITIVES[field.base].size * field.size
             if fixed and size <= SMALL:
-                name = self._value(f"{size}s", PRIMITIVES[field.base].size, size)
-                return self._array(field.base, name)
+                raw = self._value(f"{size}s", PRIMITIVES[field.base].size, size)
+                return _Small(raw, self._array(field.base, str(field.size), raw))
             return self._numbers(field.base, str(field.size) if fixed else self._count(field), fixed=fixed)
         count = str(field.size) if fixed else self._count(field)
         if field.base == "string" and field.string_bound is None:
-            return self._texts(count)
+            return self._texts(count, fixed=fixed)
         return self._each(field, count)
 
     def _item(self, field: FieldType) -> str | _Parts:
@@ -159,7 +172,7 @@ class _Decoder:
             source.add(f"{name} = data[{start}:offset - 1].decode()")
         if field.string_bound is not None:
             source.add(f"if {source.give(len)}({name}) > {field.string_bound}:", f"    raise {self._fault}")
-        self._at = None
+        self._at, self._is_even = None, False
         return name
 
     def _start(self) -> str:
@@ -172,33 +185,33 @@ class _Decoder:
     def _take(self, start: str, size: str) -> None:
         """Advance by `size` bytes, and check that they exist."""
         self._source.add(f"offset = {start} + {size}", f"if offset > {self._size}:", f"    raise {self._fault}")
-        self._at = None
+        self._at, self._is_even = None, False
 
     def _numbers(self, base: str, count: str, *, fixed: bool) -> str:
         source, give, size = self._source, self._source.give, PRIMITIVES[base].size
         self._unpack()
         if size == 8 or fixed:  # else the length before it has aligned it
-            gap = f"({HEADER_SIZE} - {self._offset}) % {size}"
+            gap = f"({HEADER_SIZE} - {self._offset} & {size - 1})"
             source.add(f"start = {self._offset} + {gap} if {count} else {self._offset}")
         else:
             source.add(f"start = {self._offset}")
-        self._take("start", f"{count} * {size}")
+        source.add(f"offset = start + {count} * {size}")  # beyond the end numpy raises
+        self._at, self._is_even = None, size >= 4
         name, dtype = source.new("array"), _dtype_of(base)
         if size < 8 and base != "bool" and (self._order == sys.byteorder or size == 1):
-            view = f"{give(np.frombuffer)}(data, {give(dtype)}, {count}, start)"
-            source.add(f"{name} = {view} if {count} else {give(np.frombuffer(b'', dtype))}")
+            source.add(f"{name} = {give(FieldArray)}({count}, {give(dtype)}, data, start)")
         else:
-            source.add(f"{name} = {self._array(base, 'data[start:offset]')}")
+            source.add(f"{name} = {self._array(base, count, 'data[start:offset]')}")
         return name
 
-    def _array(self, base: str, data: str) -> str:
+    def _array(self, base: str, count: str, data: str) -> str:
         """Return the expression of an array whose memory is the bytes `data`."""
         give, dtype = self._source.give, _dtype_of(base)
         if base == "bool":
-            return f"{give(_truths)}({data})"
-        if PRIMITIVES[base].size > 1 and self._order != sys.byteorder:
-            return f"{give(_swapped)}({data}, {give(dtype)})"
-        return f"{give(np.frombuffer)}({data}, {give(dtype)})"
+            data = f"{give(_truths)}({data})"
+        elif PRIMITIVES[base].size > 1 and self._order != sys.byteorder:
+            data = f"{give(_swapped)}({data}, {give(dtype)})"
+        return f"{give(FieldArray)}({count}, {give(dtype)}, {data})"
 
     def _each(self, field: FieldType, count: str) -> str:
         """Decode item after item."""
@@ -207,25 +220,37 @@ class _Decoder:
         source.add(f"if {count} * {_least(field)} > {self._size} - {self._offset}:", f"    raise {self._fault}")
         if self._at is not None:
             source.add(f"offset = {self._at}")
-            self._at = None
+        self._at, self._is_even = None, False
         items, append = source.new("items"), source.new("append")
-        source.add(f"{items} = ()", f"if {count}:")  # most are empty: a list and a loop would cost more than the rest
+        # Most are empty: a list and a loop would cost more than the rest.
+        source.add(f"{items} = {give(FieldTuple())}", f"if {count}:")
         source.indent(1)
         source.add(f"{items} = []", f"{append} = {items}.append")
         with source.loop(f"for _ in {give(range)}({count}):"):
             item = self._item(field)
             self._unpack()
             source.add(f"{append}({self._made(item)})")
+        self._is_even = False
+        source.add(f"{items} = {give(FieldTuple)}({items})")
         source.indent(-1)
-        return f"{give(tuple)}({items})"
+        return items
 
-    def _texts(self, count: str) -> str:
-        """Decode several texts in a loop, which relies on each length being aligned."""
-        source, name = self._source, self._source.new("texts")
+    def _texts(self, count: str, *, fixed: bool) -> str:
+        """Decode several texts: those of the message before while their bytes are the same, as the names of joints."""
+        source, give, name = self._source, self._source.give, self._source.new("texts")
         self._unpack()
-        size = Struct(f"{_ORDERS[self._order]}I").unpack_from
-        source.add(f"{name}, offset = {source.give(_texts_decoder(size))}(data, {self._offset}, {count})")
-        self._at = None
+        size, known = Struct(f"{_ORDERS[self._order]}I").unpack_from, give([(0, b"", FieldTuple[str]())])
+        begin = f"{self._offset} + (-{self._offset} & 3)" if fixed else self._offset  # else their number has aligned it
+        source.add(
+            f"start = {begin}",
+            f"former, encoded, {name} = {known}[0]",  # one tuple, because other threads decode too
+            f"if {count} == former and data.startswith(encoded, start):",
+            f"    offset = start + {give(len)}(encoded)",
+            "else:",
+            f"    {name}, offset = {give(_texts)}(data, start, {count}, {give(size)})",
+            f"    {known}[0] = {count}, data[start:offset], {name}",
+        )
+        self._at, self._is_even = None, False
         return name
 
     def _unpack(self) -> None:
@@ -234,9 +259,11 @@ class _Decoder:
         if not run:
             return
         target = f"{', '.join(self._names)}, = " if self._names else ""
-        order = _ORDERS[self._order]
-        if self._at is not None or alignment(run) == 1:
-            format_ = packed(run, self._at or 0, order)
+        order, strictest = _ORDERS[self._order], alignment(run)
+        if self._at is None and run[0].alignment == strictest > (4 if self._is_even else 1):
+            source.add(f"offset += {HEADER_SIZE} - offset & {strictest - 1}")
+        if self._at is not None or run[0].alignment == strictest:
+            format_ = packed(run, HEADER_SIZE if self._at is None else self._at, order)
             source.add(f"{target}{source.give(format_.unpack_from)}(data, {self._offset})")
             if self._at is None:
                 source.add(f"offset += {format_.size}")
@@ -249,13 +276,20 @@ class _Decoder:
             source.add(f"{target}{unpacks}[offset & 7](data, offset)", f"offset += {sizes}[offset & 7]")
         if self._names[:1] == ["header"]:
             source.add(f"if header != {_HEADERS[self._order]}:", self._elsewhere)
+        self._is_even = run[-1].alignment >= 4 and run[-1].size % 4 == 0
         self._run, self._names = [], []
 
-    def _made(self, parts: str | _Parts) -> str:
-        """Build a message, and return the name of its variable."""
+    def _made(self, parts: str | _Small | _Parts) -> str:
+        """Build a message or a small array, and return the name of its variable."""
         if isinstance(parts, str):
             return parts
-        source, give, cls = self._source, self._source.give, parts.cls
+        source, give = self._source, self._source.give
+        if isinstance(parts, _Small):
+            name, known = source.new("array"), give([(b"", None)])  # one tuple, because other threads decode too
+            source.add(f"former, {name} = {known}[0]", f"if {parts.raw} != former:")
+            source.add(f"    {name} = {parts.array}", f"    {known}[0] = {parts.raw}, {name}")
+            return name
+        cls = parts.cls
         if cls not in self._blanks:
             self._blanks[cls] = blank()
         fields = [(name, self._made(value)) for name, value in parts.fields]
@@ -295,31 +329,9 @@ def _most(field: FieldType) -> float:
     return 7 + 4 + item * counts.get(field.array, field.size)
 
 
-def _texts_decoder(
-    unpack: Callable[[bytes, int], tuple[int]],
-) -> Callable[[bytes, int, int], tuple[tuple[str, ...], int]]:
-    """Return a function that decodes a number of texts, and returns them with the offset behind them.
-
-    It keeps those of the message before, because the names of joints stay the same: equal bytes are equal texts.
-    """
-    known: tuple[int, bytes, tuple[str, ...]] = (0, b"", ())  # one tuple, because other threads decode too
-
-    def decode(data: bytes, offset: int, count: int) -> tuple[tuple[str, ...], int]:
-        nonlocal known
-        former_count, encoded, former = known
-        begin = offset + (-offset & 3) if count else offset
-        if count == former_count and data.startswith(encoded, begin):
-            return former, begin + len(encoded)
-        texts, end = _texts(data, begin, count, unpack)
-        known = (count, data[begin:end], texts)
-        return texts, end
-
-    return decode
-
-
 def _texts(
     data: bytes, offset: int, count: int, unpack: Callable[[bytes, int], tuple[int]]
-) -> tuple[tuple[str, ...], int]:
+) -> tuple[FieldTuple[str], int]:
     """Return this many texts, and the offset behind them."""
     if count * 4 > len(data) - offset:
         raise ValueError
@@ -330,17 +342,17 @@ def _texts(
         if data[offset - 1]:
             raise ValueError
         texts.append(data[start + 4 : offset - 1].decode())
-    return tuple(texts), offset
+    return FieldTuple(texts), offset
 
 
-def _truths(data: bytes) -> AnyArray:
+def _truths(data: bytes) -> bytes:
     if data.strip(b"\0\1"):
         raise ValueError
-    return np.frombuffer(data, np.bool_)
+    return data
 
 
-def _swapped(data: bytes, dtype: np.dtype[Any]) -> AnyArray:
-    return np.frombuffer(np.frombuffer(data, dtype).byteswap().tobytes(), dtype)
+def _swapped(data: bytes, dtype: np.dtype[Any]) -> bytes:
+    return np.frombuffer(data, dtype).byteswap().tobytes()
 
 
 def _dtype_of(base: str) -> np.dtype[Any]:

@@ -231,7 +231,7 @@ def _texts_encoder() -> Callable[[Sequence[str]], bytes]:
     def encode(texts: Sequence[str]) -> bytes:
         nonlocal known
         former, encoded = known
-        if texts != former:
+        if texts is not former and tuple(texts) != tuple(former):
             encoded = _texts(texts)
             known = (texts, encoded)
         return encoded
