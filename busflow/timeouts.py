@@ -53,6 +53,8 @@ class Timeouts(NamedTuple):  # a dataclass of so many fields takes 2 ms to make,
     """Time that a node that was given up has to end once cancelled, and again once its tasks are."""
     around: float = 2.0
     """Time beyond the grace in which a run that makes progress ends its nodes and its session, on a busy machine."""
+    child_exit: float = 0.5
+    """End of the processes that nodes have started, after SIGTERM at the end of a run."""
     last_act: float = 5.0
     """Last act before the process is ended by force: the machine may be busy, and a disk may hang."""
     repeated_signal: float = 0.1

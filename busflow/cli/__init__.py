@@ -73,7 +73,9 @@ _OPTIONS = [
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the console script, and return its exit code."""
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    from busflow.runner.own_process import children, leave
+
+    arguments, before = list(sys.argv[1:] if argv is None else argv), children()
     code: int = ExitCode.OK
     try:
         code = _answer(arguments)
@@ -95,9 +97,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             with messages_lost():
                 sys.stderr.flush()
     if argv is None:
-        from busflow.runner.own_process import leave
-
-        leave(code)
+        leave(code, before)
     return code
 
 

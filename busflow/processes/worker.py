@@ -21,7 +21,7 @@ from busflow.processes.assignment import Assignment, ParameterReports
 from busflow.processes.pipe import PipeWriter
 from busflow.runner.assembly import Feature, Given, Kind, Role, Run
 from busflow.runner.extension import Extension
-from busflow.runner.own_process import leave
+from busflow.runner.own_process import children, leave
 from busflow.runner.run import run_graph
 from busflow.wire.mirror.membership import Membership
 
@@ -280,11 +280,12 @@ def _report_data(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:
 
 
 def _run_as_program() -> None:
+    before = children()
     try:
         code = main(Assignment.read(sys.stdin), int(sys.argv[-1]))
     except ProcessFailed as error:
         sys.exit(f"error: {error}")
-    leave(code)
+    leave(code, before)
     sys.exit(code)
 
 

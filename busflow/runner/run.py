@@ -48,7 +48,7 @@ def run_graph(
 
     around_s = timeouts.current.around + graph.course.end_s
     guard = SignalGuard(graph.course.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=around_s)
-    guard.last_act = last_act
+    guard.last_act, guard.report = last_act, graph.log.bind("busflow").warning
     with (
         guard,
         unawaited_logged(graph.log),

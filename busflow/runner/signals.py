@@ -5,6 +5,8 @@ keep them out. The operating system's signal is therefore written to a socket, a
 asks the run to stop, and ends the process when the run has not stopped within its grace, or at a second signal. What
 a run may take beyond its nodes' grace, for the end of a recording, is for one that gets so far.
 
+When the run has ended, the guard ends the processes that its nodes have left behind.
+
 A test is part of a longer run, so what ends it first is a `KeyboardInterrupt` in the line that runs.
 """
 
@@ -25,7 +27,7 @@ from busflow import timeouts
 from busflow.clock import monotonic
 from busflow.errors import ExitCode
 from busflow.runner import standard_error
-from busflow.runner.own_process import call_in_children
+from busflow.runner.own_process import call_in_children, children, end_children
 from busflow.runner.running_lines import is_own, running_lines
 from busflow.text import printable
 
@@ -82,6 +84,8 @@ class SignalGuard:
         """Returns whether the run still makes progress; called on the guard's thread."""
         self.last_act: Callable[[ExitCode], object] = lambda _code: None
         """Called with the exit code, on another thread, before the process is ended by force."""
+        self.report: Callable[[str], object] = standard_error.write
+        """Gets a line for each process of a node that goes on."""
         self._ask_to_stop = ask_to_stop
         self._grace_s, self._around_s = grace_s, around_s
         self._before: dict[signal.Signals, Any] = {}
@@ -97,6 +101,7 @@ class SignalGuard:
         """What is raised in the line that runs; its traceback says which one it was."""
 
     def __enter__(self) -> Self:
+        self._children = children()
         if threading.current_thread() is not threading.main_thread():
             return self  # signals belong to the main thread: a caller in another thread handles them itself
         self._reader, self._writer = socket.socketpair()
@@ -111,6 +116,7 @@ class SignalGuard:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        end_children(self._children, self.report)
         if self._before:
             self._give_back()
 
@@ -233,8 +239,7 @@ class SignalGuard:
             last = threading.Thread(target=self.last_act, args=[self._code], daemon=True)
             last.start()
             last.join(timeouts.current.last_act)
-            if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
-                [child.kill() for child in multiprocessing.active_children()]
+            end_children(self._children, standard_error.write, patience_s=0.0)
         finally:
             os._exit(self._code)
 
