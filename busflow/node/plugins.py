@@ -1,7 +1,6 @@
 """Find node classes by name, in plugin folders and among installed entry points, and load them.
 
-A plugin folder is one package: its files import each other relatively, and its name in `sys.modules` comes
-from the folder's real path, so that two folders called `plugins` never meet.
+A plugin folder is one package (`folders`): its files import each other relatively.
 """
 
 from __future__ import annotations
@@ -15,13 +14,13 @@ import sys
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, TypeGuard, cast
+from typing import TYPE_CHECKING, TypeGuard
 
 from busflow.entry_points import entry_points, source_of
 from busflow.errors import BusflowError, Place, PluginError, Problem, how_to_install
+from busflow.node.folders import PREFIX, file_of, package_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.node.signatures import import_of
 from busflow.node.slow_import import slow_import_named
@@ -30,7 +29,6 @@ from busflow.validation import tracebacks
 from busflow.validation.advice import advice
 
 if TYPE_CHECKING:
-    from importlib.abc import Loader  # importing it when running costs 10 ms
     from importlib.metadata import EntryPoint
 
     from busflow.node.node import Node
@@ -45,7 +43,6 @@ _BUILT_IN = {
 }
 _APART = {"assistant": "busflow-assistant", "page_index": "busflow-assistant"}
 """The plugins that another distribution of this project provides, each with its name."""
-_PACKAGE = "busflow_plugins_"
 _NO_CLASS = "write a class there that derives from busflow.Node"
 _FILE_NAME = re.compile(r"[^\W\d_][\w-]*")
 
@@ -125,7 +122,7 @@ def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node
 def _load_from_folder(name: str, wanted: str, path: Path) -> type[Node]:
     folder = Path(os.path.realpath(path.parent))
     with _importing(name, folder, path):
-        module = importlib.import_module(f"{_package(folder)}.{name}")
+        module = importlib.import_module(f"{package_of(folder)}.{name}")
         classes = _nodes_defined(module)
         if path.is_dir() and (wanted not in classes if wanted else not classes):
             for file in files_with_nodes(path):
@@ -179,75 +176,6 @@ def _is_node(value: object) -> TypeGuard[type[Node]]:
 # Importing -----------------------------------------------------------------------------------------------
 
 
-def _package(folder: Path) -> str:
-    """Return the package that the folder is in this process, made when it is new."""
-    init = folder / "__init__.py"
-    known = _loaded(init) if init.is_file() else None
-    if known is not None:
-        return known.__name__
-    import hashlib
-
-    name = _PACKAGE + hashlib.sha256(os.fsencode(folder)).hexdigest()[:12]
-    if name not in sys.modules:
-        if _PluginFinder not in sys.meta_path:
-            sys.meta_path.insert(0, _PluginFinder)
-        location = importlib.util.spec_from_file_location(name, init) if init.is_file() else None
-        spec = location or ModuleSpec(name, None, is_package=True)
-        spec.submodule_search_locations = [str(folder)]
-        module = sys.modules[name] = importlib.util.module_from_spec(spec)
-        if location and location.loader:
-            location.loader.exec_module(module)
-    return name
-
-
-class _PluginFinder:
-    """Answers `import` for plugin folders: a file that is already imported is that module, not another."""
-
-    @classmethod
-    def find_spec(
-        cls, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
-        if not name.startswith(_PACKAGE):
-            return None
-        spec = PathFinder.find_spec(name, path, target)
-        known = _loaded(Path(spec.origin)) if spec and spec.origin else None
-        return ModuleSpec(name, cast("Loader", _Reuse(known))) if known else spec
-
-
-class _Reuse:
-    """Lets a module stand in `sys.modules` under a second name."""
-
-    def __init__(self, module: ModuleType) -> None:
-        self._module = module
-
-    def create_module(self, spec: ModuleSpec) -> None:  # noqa: ARG002  # the import system's signature
-        return None
-
-    def exec_module(self, module: ModuleType) -> None:
-        sys.modules[module.__name__] = self._module
-
-
-def _loaded(path: Path) -> ModuleType | None:
-    """Return the module that was imported from this very file, if any."""
-    files = [(file, module) for module in list(sys.modules.values()) if (file := _file_of(module))]
-    if (same := next((module for file, module in files if file == str(path)), None)) is not None:
-        return same  # a run under a thousand seeds asks a thousand times
-    wanted = path.stat()
-    for file, module in files:
-        with suppress(OSError, ValueError):
-            if not os.path.samestat(os.stat(file), wanted):  # noqa: PTH116  # of hundreds of files
-                continue
-            # The inode is the quick answer; hard links, as installers make them, are two files all the same.
-            if Path(file).resolve() == path.resolve():
-                return module
-    return None
-
-
-def _file_of(module: ModuleType) -> str | None:
-    file = getattr(module, "__dict__", {}).get("__file__")  # a lazy module may run code in getattr
-    return file if isinstance(file, str) else None
-
-
 @contextmanager
 def _importing(name: str, folder: Path | None = None, file: Path | None = None) -> Generator[None]:
     """Turn what the plugin's own code raises into a `PluginError`, and forget what it had imported."""
@@ -267,8 +195,8 @@ def _forget(names: Iterable[str], folder: Path | None) -> None:
     """Drop the folder's modules, so that the next attempt runs the files again."""
     for name in names:
         module = sys.modules[name]
-        file = _file_of(module)
-        if name.startswith(_PACKAGE) or (folder and file and folder in Path(file).resolve().parents):
+        file = file_of(module)
+        if name.startswith(PREFIX) or (folder and file and folder in Path(file).resolve().parents):
             del sys.modules[name]
             parent, _, child = name.rpartition(".")
             if vars(sys.modules.get(parent, module)).get(child) is module:
@@ -293,7 +221,7 @@ def _import_problem(name: str, folder: Path | None, file: Path | None, error: Ba
     place = places.pop() if places else Place(tracebacks.shown(file), 1, 1) if file else None
     place = error.place or place if isinstance(error, BusflowError) else place
     text = str(error) if isinstance(error, BusflowError) else tracebacks.reason(error)
-    reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", text)
+    reason = re.sub(re.escape(PREFIX) + r"\w+(?=\.)", "", text)
     code, message, fix = "plugin-import", f"plugin {name!r} cannot be imported: {reason}", advice(error)
     if isinstance(error, SyntaxError):
         code = "plugin-syntax"
@@ -310,7 +238,7 @@ def _import_problem(name: str, folder: Path | None, file: Path | None, error: Ba
 def _fix_for_missing(missing: str, folder: Path | None) -> str:
     """Return the fix for a module that was not found."""
     stems = [path.stem for path in _plugins_in(folder)] if folder else []
-    if missing.startswith(_PACKAGE):
+    if missing.startswith(PREFIX):
         return did_you_mean(missing.rpartition(".")[2], stems)
     if folder and (stem := missing.removeprefix(f"{folder.name}.")) in stems:
         return f"write `from .{stem} import …`: the files of a plugin folder import each other relatively"

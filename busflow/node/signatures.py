@@ -13,6 +13,7 @@ from types import FrameType, SimpleNamespace
 from typing import Any
 
 from busflow.errors import InvalidDeclaration
+from busflow.node.folders import PREFIX
 from busflow.validation.as_written import written_annotations
 
 
@@ -51,7 +52,9 @@ def line_of(function: object) -> tuple[str, int] | None:
 def calling_line() -> tuple[str, int] | None:
     """Return the file and the line outside this package from which it was called."""
     frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  # as below
-    while frame is not None and frame.f_globals.get("__name__", "").startswith("busflow."):
+    while frame is not None and (name := frame.f_globals.get("__name__", "")).startswith("busflow."):
+        if name.startswith(PREFIX):
+            break
         frame = frame.f_back
     return None if frame is None else (frame.f_code.co_filename, frame.f_lineno)
 
