@@ -30,15 +30,18 @@ class Selection:
         *,
         regexes: Sequence[str] = (),
         exclude_regexes: Sequence[str] = (),
+        foreign: bool = False,
     ) -> None:
         """Create a selection; a pattern needs no leading slash, a regular expression matches anywhere in a name.
+
+        With `foreign` a pattern may have any characters, as the names that other programs have recorded.
 
         Raises:
             InvalidName: one of them cannot match any name, or is not a regular expression.
         """
-        self._wanted = {pattern: _compiled(pattern).fullmatch for pattern in topics}
+        self._wanted = {pattern: _compiled(pattern, foreign=foreign).fullmatch for pattern in topics}
         self._wanted |= {regex: _expression(regex).search for regex in regexes}
-        self._unwanted = [_compiled(pattern).fullmatch for pattern in exclude]
+        self._unwanted = [_compiled(pattern, foreign=foreign).fullmatch for pattern in exclude]
         self._unwanted += [_expression(regex).search for regex in exclude_regexes]
         self._unmatched = dict.fromkeys(self._wanted)
 
@@ -85,17 +88,18 @@ def _expression(regex: str) -> re.Pattern[str]:
         raise InvalidName(f"invalid regular expression {shown!r}: {error}; example: '/(left|right)/image.*'") from None
 
 
-def _compiled(pattern: str) -> re.Pattern[str]:
+def _compiled(pattern: str, *, foreign: bool) -> re.Pattern[str]:
     """Return the pattern as an expression that needs no more than the square of a name's length.
 
     The first place at which the text after a wildcard stands is as good as a later one, and is kept (`(?>…)`), unless
     it is the last: that must reach the end of the name.
     """
-    first, *others = f"/{check_pattern(pattern).strip('/')}".split("**")
+    first, *others = f"/{(pattern if foreign else check_pattern(pattern)).strip('/')}".split("**")
+    itself = f"{re.escape(pattern)}|" if foreign else ""  # e.g. a name that ends with a slash
     if not others:
-        return re.compile(_within(first, last=True))
+        return re.compile(itself + _within(first, last=True))
     middle = (f"(?>.*?{_within(each)})" for each in others[:-1])
-    return re.compile(f"{_within(first)}{''.join(middle)}.*{_within(others[-1], last=True)}")
+    return re.compile(f"{itself}{_within(first)}{''.join(middle)}.*{_within(others[-1], last=True)}")
 
 
 def _within(pattern: str, *, last: bool = False) -> str:

@@ -34,9 +34,9 @@ def _remaps(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) 
         old, separator, new = each.partition(":=")
         if not separator or not old or not new:
             raise click.BadParameter(f"{each!r} is not of the form /old:=/new", ctx, param)
-        name, instead = (absolute_name(side) for side in (old, new))
+        instead = absolute_name(new)
         check_full_topic_name(instead)
-        found[name] = instead
+        found[absolute_name(old)] = instead
     return found
 
 

@@ -21,7 +21,7 @@ from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.offered_qos import offered
-from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen, playable
+from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen, playable, published_as
 from busflow.recording.player.player import CLOCK
 from busflow.recording.player.playing import Playing
 from busflow.text import printable
@@ -62,7 +62,9 @@ class _Into:
     def __init__(self, bag: Bag, peer: Peer, asked: Mapping[str, Any], ends: ExitStack) -> None:
         """Check everything, and advertise every topic, before anything is published."""
         self._peer, self._asked = peer, asked
-        channels, faults = playable(chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"]))
+        channels, faults = playable(
+            chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"]), asked["rename"]
+        )
         for fault in faults.values():
             print_message(f"warning: left out: {fault}")
         self._clock_hz: float = asked["clock_hz"]
@@ -132,7 +134,7 @@ class _Into:
         speaker.publish({"clock": {"sec": seconds, "nanosec": nanoseconds}})
 
     def _topic(self, channel: Channel) -> str:
-        return self._asked["rename"].get(channel.topic, channel.topic)
+        return published_as(channel.topic, self._asked["rename"])
 
     def _check(self, channel: Channel, graph: GraphView) -> None:
         topic = self._topic(channel)

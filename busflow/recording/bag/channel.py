@@ -107,7 +107,7 @@ class Channel:
         from busflow.interfaces.encoding.typesupport import TypeSupport
 
         support = TypeSupport(cls)
-        if support.name != self.type_name:
+        if self.type_name != support.name != self.type.name:
             raise _error(self, f"is no {support.name}")
         if support.encoding != self.encoding:
             raise _error(self, f"is encoded as {self.encoding!r}, and the class {cls.__name__} as {support.encoding}")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import re
+import shlex
 from collections import deque
-from collections.abc import Collection, Generator, Sequence
+from collections.abc import Collection, Generator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from busflow.bus.patterns import Selection
+from busflow.bus.names import absolute_name, full_topic_name_fault
+from busflow.bus.patterns import Selection, check_pattern
 from busflow.clock import NS_PER_S
 from busflow.errors import BagError, NoSuchTarget
 from busflow.recording.bag.channel import Channel, Entry, unreadable
@@ -49,6 +52,7 @@ class Span:
         return max(ends, default=None)
 
 
+_UNFIT = re.compile(r"[^A-Za-z0-9_]+")
 _AHEAD_BYTES = 256 * 1024
 """The number of bytes read at a time; at most twice as many are held, or one larger message."""
 _EACH_BYTES = 256
@@ -166,32 +170,54 @@ def chosen(
     """
     names = {each.topic for each in channels}
     for pattern in (*topics, *exclude):
-        if not any(map(Selection([pattern]).includes, names)):
+        if not any(Selection([pattern], foreign=True).includes(each, absolute_name(each)) for each in names):
+            check_pattern(pattern)
             raise NoSuchTarget(f"there is nothing on {printable(pattern)}; {did_you_mean(pattern, names)}")
-    selection = Selection(topics, exclude)
-    found = tuple(each for each in channels if selection.includes(each.topic))
+    selection = Selection(topics, exclude, foreign=True)
+    found = tuple(each for each in channels if selection.includes(each.topic, absolute_name(each.topic)))
     played = {each.topic for each in found}
     for topic in rename:
-        if topic not in played:
+        if topic not in played | set(map(absolute_name, played)):
             advice = did_you_mean(topic, played)
             raise NoSuchTarget(f"the remap of {printable(topic)} matches no topic that is played; {advice}")
     return found
 
 
-def playable(channels: Collection[Channel]) -> tuple[tuple[Channel, ...], dict[Channel, BagError]]:
+def published_as(topic: str, rename: Mapping[str, str]) -> str:
+    """Return the topic on which a recorded topic is published."""
+    return rename.get(topic) or rename.get(absolute_name(topic)) or absolute_name(topic)
+
+
+def playable(
+    channels: Collection[Channel], rename: Mapping[str, str]
+) -> tuple[tuple[Channel, ...], dict[Channel, BagError]]:
     """Return the channels whose messages can be published, and the reason for each of the others.
 
     Raises:
         BagError: There are some, and none can be published.
     """
-    faults = unreadable(channels, _fault)
+    faults = unreadable(channels, lambda channel: _fault(channel, rename))
     return tuple(each for each in channels if each not in faults), faults
 
 
-def _fault(channel: Channel) -> BagError | None:
+def _fault(channel: Channel, rename: Mapping[str, str]) -> BagError | None:
     if channel.fault is None and not channel.type_name:
         return BagError(f"{channel.topic} has no type, and a publisher needs one")
+    if channel.fault is None and (wrong := full_topic_name_fault(published_as(channel.topic, rename))):
+        instead = channel.topic and f"--remap {shlex.quote(f'{channel.topic}:={_fitting(channel.topic)}')}"
+        reason = f"{printable(channel.topic)!r} is not the name of a topic in ROS: {wrong.message}"
+        return BagError(reason, fix=instead or None)
     return channel.fault
+
+
+def _fitting(topic: str) -> str:
+    """Return a name that a topic may have, as near as possible to one that it may not.
+
+    >>> _fitting("front-left//2d.count")
+    '/front_left/n2d_count'
+    """
+    parts = [re.sub(r"_+", "_", _UNFIT.sub("_", each)) for each in topic.split("/") if each]
+    return "/" + "/".join(f"n{each}" if each[0].isdigit() or each[0] == "_" else each for each in parts or ["topic"])
 
 
 def _ns(seconds: float) -> int:

@@ -22,7 +22,7 @@ from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.offered_qos import offered
 from busflow.recording.bag.series import Damage
 from busflow.recording.player.message_classes import MessageClasses
-from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen, playable
+from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen, playable, published_as
 from busflow.recording.player.playing import Playing
 
 CLOCK = "/clock"
@@ -62,7 +62,9 @@ class Player(Node):
         self._classes = MessageClasses()
         self._outputs: dict[Channel, tuple[Publisher[Any], Callable[[bytes], Any]]] = {}
         """By channel, the publisher of its messages, and the function that decodes them."""
-        channels, faults = playable(chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename))
+        channels, faults = playable(
+            chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename), asked.rename
+        )
         self.channels: tuple[Channel, ...] = channels
         for channel, fault in faults.items():
             self.log.warning("a topic cannot be published and is left out", topic=channel.topic, reason=str(fault))
@@ -83,7 +85,7 @@ class Player(Node):
                 f"{channel.topic} has two types in {self.parameters.file}", fix="leave the topic out: exclude"
             )
         cls = self._classes.find(channel)
-        topic = self.parameters.rename.get(channel.topic, channel.topic)
+        topic = published_as(channel.topic, self.parameters.rename)
         publisher = self.create_publisher(cls, topic, qos=offered(channel.qos))
         self._outputs[channel] = publisher, lambda payload: channel.decode(payload, cls)
 

@@ -4,6 +4,7 @@ Tests of `player.py`, `message_classes.py`, `ordered_messages.py` and `playback_
 """
 
 import asyncio
+import shlex
 
 from mcap.writer import Writer
 
@@ -137,6 +138,45 @@ def test_clock_publishes_the_recordings_time(record):
             return [each.clock.sec * 1000 + each.clock.nanosec // MS for each in lab.received("clock", Clock)]
 
     assert main() == [200, 300, 400]
+
+
+ODD_NAMES = ("/front-left/count", "sensor.count", "", "/a b/ü", "/x//y", "/x/", "/1x", "/ns/2-d")
+
+
+def odd_names(path):
+    """A recording with topics that have no name of ROS, one that has, and types with odd names."""
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "a test")
+        names = dict.fromkeys((*ODD_NAMES, "/ok", "count"), "std_msgs/msg/Int64")
+        for topic, name in (names | {"/one": "Odd", "/two": "std_msgs/Int64", "/dash": "my-pkg/msg/Odd"}).items():
+            schema = writer.register_schema(name, "ros2msg", b"int64 data\n")
+            writer.add_message(writer.register_channel(topic, "cdr", schema), 1, b"\0\1\0\0" + bytes(8), 1)
+        writer.finish()
+    return path
+
+
+def test_topics_without_a_name_of_ros_are_left_out_with_a_remap_that_works(tmp_path):
+    path = odd_names(tmp_path / "odd.mcap")
+    _, lab = played(path)
+    left_out = {line.values["topic"]: line.values["reason"] for line in lab.log if "left out" in line.event}
+    assert set(left_out) == {*ODD_NAMES, "/dash"}
+    assert [line.values["messages"] for line in lab.log if "played to the end" in line.event] == [4]
+    advised = [shlex.split(why.partition("--remap ")[2]) for why in left_out.values() if "--remap" in why]
+    rename = dict(each.split(":=") for (each,) in advised)
+    assert set(rename) == {*ODD_NAMES} - {""}
+    _, lab = played(path, rename=rename)
+    assert [line.values["messages"] for line in lab.log if "played to the end" in line.event] == [4 + len(rename)]
+
+
+def test_patterns_take_names_that_are_not_of_ros(tmp_path):
+    path = odd_names(tmp_path / "odd.mcap")
+    rename = {"/front-left/count": "/left", "/sensor.count": "/right"}
+    for topics in (["/front-left/*", "sensor.count"], ["front-left/count", "/*.count"]):
+        _, lab = played(path, topics=topics, rename=rename)
+        assert [line.values["messages"] for line in lab.log if "played to the end" in line.event] == [2]
+    _, lab = played(path, exclude=[each for each in ODD_NAMES if each])
+    assert [line.values["topic"] for line in lab.log if "left out" in line.event] == ["", "/dash"]
 
 
 def test_types_without_a_class_pass_as_they_are(tmp_path):
