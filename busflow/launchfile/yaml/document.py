@@ -1,6 +1,6 @@
 """Reads YAML into a `Value`: from the event stream, within limits, with the place of every value.
 
-Only data is accepted: no aliases, anchors, tags, second documents, or keys that are not scalars.
+Only data is accepted: no aliases, anchors, second documents, or keys that are not scalars; of tags, those of a scalar.
 Plain scalars follow YAML 1.2's core schema: `yes`, `on` and `12:30` are text, and `010` is ten.
 """
 
@@ -17,7 +17,7 @@ from typing import Any, NoReturn, TypeAlias
 import yaml
 
 from busflow.errors import LaunchError, Place, Problem
-from busflow.launchfile.yaml.scalar import plain_scalar
+from busflow.launchfile.yaml.scalar import event_scalar, is_known_tag, plain_scalar
 from busflow.launchfile.yaml.syntax import explain
 from busflow.launchfile.yaml.value import Origin, Scalar, StatedBy, Value
 
@@ -182,6 +182,16 @@ class _Builder:
             self.problems.append(Problem("number-too-large", str(error), fix, place))
             return None
 
+    def _scalar_of(self, event: Any, place: Place) -> Scalar:
+        """Return the value of a scalar; keep a problem if it is not of the type that its tag states."""
+        if event.tag is None:
+            return self.scalar(event.value, place) if event.implicit[0] and not event.style else event.value
+        try:
+            return event_scalar(event) if is_known_tag(event.tag) else None
+        except ValueError as error:
+            self.problems.append(Problem("tag", str(error), "leave the tag out, or write a value of its type", place))
+            return None
+
     def _node(self, event: Any, events: Iterator[Any], depth: int, key: Place | None) -> Value:
         self.limits.values -= 1
         place = self._place_of(event)
@@ -190,10 +200,10 @@ class _Builder:
             self._stop(Problem("too-many-values", f"a launch has at most {MAX_VALUES} values", fix, place))
         if depth > MAX_DEPTH:
             self._stop(Problem("nested-too-deep", f"nested deeper than {MAX_DEPTH} levels", "make it flatter", place))
-        self._check_plain(event)
+        self._check_plain(event, may_have_tag=isinstance(event, yaml.ScalarEvent))
         content: Any = None
         if isinstance(event, yaml.ScalarEvent):
-            content = self.scalar(event.value, place) if event.implicit[0] and not event.style else event.value
+            content = self._scalar_of(event, place)
         elif isinstance(event, yaml.SequenceStartEvent):
             content = []
             while not isinstance(item := next(events), yaml.SequenceEndEvent):
@@ -234,13 +244,13 @@ class _Builder:
         if all(each.content is not None or key == name for key, each in members.items()):
             self.repeats.append(problem)
 
-    def _check_plain(self, event: Any) -> None:
-        """Refuse YAML features beyond plain data."""
+    def _check_plain(self, event: Any, *, may_have_tag: bool = False) -> None:
+        """Refuse YAML features beyond plain data; a value may state its type."""
         if isinstance(event, yaml.AliasEvent):
             self._refuse("alias", f"aliases such as *{event.anchor} are not allowed", "write the value again", event)
         elif event.anchor is not None:
             self._refuse("anchor", f"anchors such as &{event.anchor} are not allowed", "leave it out", event)
-        elif event.tag is not None:
+        elif event.tag is not None and not (may_have_tag and is_known_tag(event.tag)):
             tag = event.tag.replace("tag:yaml.org,2002:", "!!")
             self._refuse("tag", f"tags such as {tag} are not allowed", "leave it out; quote a text", event)
         elif isinstance(event, yaml.ScalarEvent) and event.style and _has_surrogate(event.value):

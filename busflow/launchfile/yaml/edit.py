@@ -11,7 +11,7 @@ import yaml
 
 from busflow.errors import KeyPath, LaunchError, Problem
 from busflow.launchfile.yaml.document import event_stream, parse
-from busflow.launchfile.yaml.scalar import flow, plain_scalar, written
+from busflow.launchfile.yaml.scalar import event_scalar, flow, written
 from busflow.launchfile.yaml.value import Value
 from busflow.validation.faults import dotted, same
 
@@ -84,8 +84,7 @@ def _node(event: Any, stream: Iterator[Any], key_end: int | None = None) -> _Nod
     start, column, end = event.start_mark.index, event.start_mark.column, event.end_mark.index
     if isinstance(event, yaml.ScalarEvent):
         style = event.style or ""
-        plain = event.implicit[0] and not style
-        return _Node(plain_scalar(event.value) if plain else event.value, start, end, column, style, key_end)
+        return _Node(event_scalar(event), start, end, column, style, key_end)
     node = _Node(None, start, end, column, "{" if event.flow_style else "", key_end)
     if isinstance(event, yaml.SequenceStartEvent):
         while not isinstance(item := next(stream), yaml.SequenceEndEvent):

@@ -18,9 +18,14 @@ _BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 _INFINITY_OR_NAN = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
-_PLAIN_TEXT = re.compile(r"[A-Za-z_/~.][A-Za-z0-9_/~.-]*")
-_WORDS_OF_YAML_1_1 = frozenset({"y", "n", "yes", "no", "on", "off"})
-"""Texts that readers of YAML 1.1 take for true and false."""
+_PLAIN_TEXT = re.compile(r"(?!\.[0-9_])[A-Za-z_/~.][A-Za-z0-9_/~.-]*")
+"""Texts without a meaning in YAML; some readers of YAML 1.1 take `._1` for a number."""
+_OTHERWISE = frozenset({"y", "n", "yes", "no", "on", "off", "nan", "inf", "infinity", ".nan", ".inf"})
+"""Texts that readers of YAML 1.1 take for true and false, and rcl, which reads numbers as C does, for numbers."""
+_BOOLS = {
+    **dict.fromkeys(("true", "yes", "on", "y"), True),
+    **dict.fromkeys(("false", "no", "off", "n"), False),
+}
 _BASES = {"0o": 8, "0x": 16}
 _MOST_DIGITS = 64
 """More digits than 64 bits need in any base; Python itself refuses to read some thousands."""
@@ -51,6 +56,36 @@ def plain_scalar(text: str) -> Scalar:
             raise ValueError(f"the number {printable(text, limit=40)} is beyond what a float can hold")
         return value
     return float(text.replace(".", "")) if _INFINITY_OR_NAN.fullmatch(text) else text
+
+
+_TAG = "tag:yaml.org,2002:"
+
+
+def is_known_tag(tag: str) -> bool:
+    """Return whether a tag states a type of parameters: `!!str`, `!!int`, `!!float` or `!!bool`."""
+    return tag.startswith(_TAG) and tag.removeprefix(_TAG) in {"str", "int", "float", "bool"}
+
+
+def event_scalar(event: Any) -> Scalar:
+    """Return the value of a scalar in PyYAML's events, whose tag may state its type.
+
+    Raises:
+        ValueError: It is no value of that type, or a number that 64 bits cannot hold.
+    """
+    text: str = event.value
+    if event.tag is None:
+        return plain_scalar(text) if event.implicit[0] and not event.style else text
+    kind = event.tag.removeprefix(_TAG)
+    if kind == "str":
+        return text
+    if kind == "bool" and (word := _BOOLS.get(text.lower())) is not None:
+        return word
+    value = plain_scalar(text)
+    if kind == "float" and isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if kind == "int" and isinstance(value, int) and not isinstance(value, bool):
+        return value
+    raise ValueError(f"!!{kind} takes no {printable(text, limit=40)!r}")
 
 
 def scalar_or_text(text: str) -> Scalar:
@@ -111,7 +146,7 @@ def flow_words(command: str) -> str:
 
 def _text(text: str) -> str:
     """Write a text: plain if every reader takes it for text; else in double quotes, with `${` escaped."""
-    if _PLAIN_TEXT.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1 and scalar_or_text(text) == text:
+    if _PLAIN_TEXT.fullmatch(text) and text.lower() not in _OTHERWISE and scalar_or_text(text) == text:
         return text
     # `printable` writes control characters as escapes, and YAML has the same ones: \x9b, \u202e, \U000e0001.
     return printable(json.dumps(text.replace("${", "$${"), ensure_ascii=False), limit=sys.maxsize)
