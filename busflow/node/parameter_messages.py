@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.msgs.rcl_interfaces import (
@@ -131,40 +130,15 @@ def descriptor_message(info: ParameterInfo, value: object = None) -> ParameterDe
 def _floating_point_range(bounds: Bounds) -> FloatingPointRange:
     low = float("-inf") if bounds.minimum is None else bounds.minimum
     high = float("inf") if bounds.maximum is None else bounds.maximum
-    step = bounds.step or 0.0
-    return FloatingPointRange(
-        from_value=float(_end(low, step, excluded=bounds.exclusive_minimum, into=1)),
-        to_value=float(_end(high, step, excluded=bounds.exclusive_maximum, into=-1)),
-        step=step,
-    )
+    return FloatingPointRange(from_value=float(low), to_value=float(high), step=bounds.step or 0.0)
 
 
 def _integer_range(bounds: Bounds) -> IntegerRange:
-    low = INT64.start if bounds.minimum is None else bounds.minimum
-    high = INT64.stop - 1 if bounds.maximum is None else bounds.maximum
     step = int(bounds.step or 0)
-    return IntegerRange(
-        from_value=int(_end(low, step or 1, excluded=bounds.exclusive_minimum, into=1)),
-        to_value=int(_end(high, step or 1, excluded=bounds.exclusive_maximum, into=-1)),
-        step=step,
-    )
-
-
-def _end(limit: float, step: float, *, excluded: bool, into: int) -> float | Fraction:
-    """Return the outermost allowed value of a range: ROS 2 counts steps from the first, and `multiple_of` from zero.
-
-    Args:
-        limit: The limit that is declared.
-        step: What allowed values are multiples of; 0 for any value.
-        excluded: Whether the limit itself is not allowed.
-        into: The direction into the range, 1 from its lower end and -1 from its upper.
-    """
-    if not step or math.isinf(limit):
-        return limit
-    each = Fraction(str(step))  # 0.1 as it is written, or the third step would be 0.30000000000000004
-    steps = Fraction(str(limit)) / each
-    count = into * math.ceil(into * steps)
-    return (count + into if excluded and count == steps else count) * each
+    low = INT64.start if bounds.minimum is None or math.isinf(bounds.minimum) else bounds.minimum
+    high = INT64.stop - 1 if bounds.maximum is None or math.isinf(bounds.maximum) else bounds.maximum
+    whole = bounds._replace(minimum=low, maximum=high, step=step or 1).by_steps()
+    return IntegerRange(from_value=int(whole.minimum or 0), to_value=int(whole.maximum or 0), step=step)
 
 
 def event_message(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
+from fractions import Fraction
 from itertools import chain
 from pathlib import Path
 from types import NoneType, UnionType
@@ -59,7 +61,19 @@ class Bounds(NamedTuple):
                     stated |= {"step": step}
                 case _:
                     pass
-        return cls(**stated)
+        return cls(**stated).by_steps()
+
+    def by_steps(self) -> Bounds:
+        """Return the range from its first to its last multiple of the step, as ROS 2 states one.
+
+        >>> str(Bounds(minimum=1, maximum=9, exclusive_maximum=True, step=2).by_steps())
+        'at least 2, at most 8, a multiple of 2'
+        """
+        if not self.step:
+            return self
+        low = _multiple(self.minimum, self.step, excluded=self.exclusive_minimum, into=1)
+        high = _multiple(self.maximum, self.step, excluded=self.exclusive_maximum, into=-1)
+        return Bounds(low, high, step=self.step)
 
     def __str__(self) -> str:
         parts: list[str] = []
@@ -70,6 +84,17 @@ class Bounds(NamedTuple):
         if self.step is not None:
             parts.append(f"a multiple of {self.step:.15g}")
         return ", ".join(parts)
+
+
+def _multiple(limit: float | None, step: float, *, excluded: bool, into: int) -> float | None:
+    """Return the outermost multiple of `step` within a limit; `into` is 1 at the lower end and -1 at the upper."""
+    if limit is None or math.isinf(limit):
+        return limit
+    each = Fraction(str(step))  # 0.1 as it is written, or the third step would be 0.30000000000000004
+    steps = Fraction(str(limit)) / each
+    count = into * math.ceil(into * steps)
+    found = (count + into if excluded and count == steps else count) * each
+    return int(found) if isinstance(limit, int) and isinstance(step, int) else float(found)
 
 
 UNBOUNDED = Bounds()

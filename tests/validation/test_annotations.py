@@ -1,10 +1,12 @@
 """Tests of `annotations.py`: names, ranges and choices of type annotations."""
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
+from annotated_types import Ge, Gt, Le, Lt, MultipleOf
 from pydantic import Field
 
 from busflow.validation.annotations import Bounds, StrictModel, at, choices, split, type_word
@@ -86,3 +88,19 @@ def test_choices_are_plain_data():
     assert choices(Colour) == ("red", "blue")
     assert choices(Literal["a", 1]) == ("a", 1)
     assert choices(int) is None
+
+
+@pytest.mark.parametrize(
+    ("stated", "range_"),
+    [
+        ([Ge(1), Le(9), MultipleOf(2)], Bounds(2, 8, step=2)),
+        ([Gt(2), Lt(8), MultipleOf(2)], Bounds(4, 6, step=2)),
+        ([Ge(0), Le(0.95), MultipleOf(0.1)], Bounds(0.0, 0.9, step=0.1)),
+        ([Gt(-0.3), Lt(0.3), MultipleOf(0.1)], Bounds(-0.2, 0.2, step=0.1)),
+        ([Ge(1), MultipleOf(2)], Bounds(2, None, step=2)),
+        ([Gt(1), Le(9)], Bounds(1, 9, exclusive_minimum=True)),
+        ([Ge(-math.inf), Lt(3), MultipleOf(2)], Bounds(-math.inf, 2, step=2)),
+    ],
+)
+def test_a_range_with_a_step_ends_at_its_outermost_multiples(stated, range_):
+    assert Bounds.of(stated) == range_
