@@ -25,6 +25,10 @@ UNSENT = "unsent"
 """The reason of `Topic.losses` for a message that could not leave its process: too large, or not encodable."""
 OUTGOING = frozenset({EARLY, UNSENT})
 """The reasons of what was lost to other processes only: each subscription in the publisher's process received it."""
+LOST = "lost"
+"""The reason of `Topic.losses` for a message that never arrived."""
+LINK, END = "link", "end"
+"""The reasons why it was lost: its link broke or discarded it, or its process ended before its reader had room."""
 UNMATCHED = "unmatched"
 """The reason of a drop for a message published while the subscription's process was not there."""
 
@@ -66,6 +70,15 @@ def added(*parts: Iterable[A]) -> tuple[A, ...]:
             before = found.get((key, seen[key]))
             found[key, seen[key]] = each if before is None else before + each
     return tuple(found.values())
+
+
+def reasons_text(counts: Mapping[str, int]) -> str:
+    """Return counts by reason as text.
+
+    >>> reasons_text({"link": 2, "end": 1})
+    '2 link, 1 end'
+    """
+    return ", ".join(f"{count} {reason}" for reason, count in counts.items())
 
 
 def from_json(cls: type[T], values: Mapping[str, Any]) -> T:
@@ -129,10 +142,14 @@ class SubscriptionStatistics(Account):
     drops: dict[str, int] = field(default_factory=dict[str, int])
     """The number of drops per reason: overflow, expired, superseded, unmatched."""
     deadlines_missed: int = 0
+    lost: dict[str, int] = field(default_factory=dict[str, int])
+    """The number of messages of other processes that never arrived, per reason: `link` or `end`, of their process."""
 
     def as_json(self) -> dict[str, Any]:
-        """Return the subscription's line in the entry of its topic."""
+        """Return the subscription's line in the entry of its topic, with what is lost if anything is."""
         plain = asdict(self)
+        if not self.lost:
+            del plain["lost"]
         del plain["topic"], plain["deadlines_missed"]
         return plain | {"overflow": self.overflow.value}
 

@@ -59,8 +59,8 @@ class Subscription(Recipient[M, Topic[M]]):
 
     __slots__ = (
         "_at_close", "_at_start", "_clock", "_deadline", "_ended", "_latest", "_notices", "_observer", "_on_failure",
-        "_pause", "_reader", "deadlines_missed", "endpoint", "is_pulled", "link", "on_close", "on_event", "queue",
-        "type",
+        "_pause", "_reader", "deadlines_missed", "endpoint", "is_pulled", "link", "lost", "on_close", "on_event",
+        "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
@@ -70,6 +70,8 @@ class Subscription(Recipient[M, Topic[M]]):
         self.endpoint: Endpoint = endpoint
         self.type: type[M] = message_type
         self.deadlines_missed: int = 0
+        self.lost: Counter[str] | None = None
+        """The messages of other processes that never arrived, by reason; None if there are none."""
         self.on_event: Callable[[Event], None] | None = None
         self.on_close: Callable[[Self], None] | None = None
         self.link: Link | None = None
@@ -119,6 +121,7 @@ class Subscription(Recipient[M, Topic[M]]):
             queued=self.queued,
             drops=dict(drops),
             deadlines_missed=self.deadlines_missed,
+            lost={} if self.lost is None else dict(+self.lost),
         )
 
     @property
@@ -311,6 +314,11 @@ class Subscription(Recipient[M, Topic[M]]):
         """Count messages that were published, and dropped before they came here; used by busflow itself."""
         self.queue.drops["overflow"] += count
 
+    def count_lost(self, reason: str, count: int) -> None:
+        """Count messages that never arrived; of a negative count so many have arrived late; used by busflow itself."""
+        self.lost = Counter() if self.lost is None else self.lost
+        self.lost[reason] += count
+
     def report_losses(self) -> None:
         """Send the node an event for lost messages too, one for all losses of the same moment.
 
@@ -344,6 +352,7 @@ class Subscription(Recipient[M, Topic[M]]):
         self.queue.ignore_drops()
         self.delivered: int = predecessor.delivered
         self.deadlines_missed, self._at_start = predecessor.deadlines_missed, predecessor._at_start
+        self.lost = predecessor.lost
         self._source, self._dispatcher, self._clock = predecessor._source, predecessor._dispatcher, predecessor._clock
         self._on_failure = on_failure
         self._notices = Notices(predecessor._notices.before, predecessor._notices.lost)

@@ -17,7 +17,7 @@ from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
 from busflow.bus.qos import Overflow
-from busflow.bus.statistics import PublisherStatistics, SubscriptionStatistics, TopicStatistics
+from busflow.bus.statistics import LOST, PublisherStatistics, SubscriptionStatistics, TopicStatistics
 from busflow.clock import NS_PER_S, Clock
 from busflow.errors import SendTimeout
 from busflow.interfaces.message import Message, type_name
@@ -64,6 +64,7 @@ class Receiver(TopicEndpoint, Protocol):
     @property
     def keeps_newest(self) -> bool: ...  # noqa: D102  # as above
     def count_overflow(self, count: int) -> None: ...  # noqa: D102  # as above
+    def count_lost(self, reason: str, count: int) -> None: ...  # noqa: D102  # as above
     def wake(self) -> None: ...  # noqa: D102  # as above
     def statistics(self) -> SubscriptionStatistics: ...  # noqa: D102  # as above
 
@@ -167,6 +168,14 @@ class Topic(DeliverySource, Generic[M]):
         publisher.published += count
         for each in self.subscriptions:
             each.count_overflow(count)
+
+    def count_lost(self, reason: str, count: int) -> None:
+        """Count messages of other processes that never arrived, here and at each reader; negative: that came late."""
+        self.losses[LOST] += count
+        if not self.losses[LOST]:
+            del self.losses[LOST]
+        for each in self.subscriptions:
+            each.count_lost(reason, count)
 
     def first_full(self) -> Receiver | None:
         """Return the first `overflow: block` subscription without room, if any."""

@@ -192,6 +192,24 @@ async def test_messages_dropped_on_their_way_are_overflow(make_bench, overflow):
 
 
 @virtual_time
+async def test_reader_and_reason_of_lost_messages_are_known(make_bench):
+    bench = make_bench()
+    bench.publisher()
+    subscription = bench.subscription()
+    topic = bench.bus.topics["/number"]
+    for reason, count in (("link", 3), ("end", 2), ("link", -1)):
+        topic.count_lost(reason, count)
+    found = topic.statistics()
+    assert (found.losses, found.subscriptions[0].lost) == ({"lost": 4}, {"link": 2, "end": 2})
+    assert found.subscriptions[0].as_json()["lost"] == {"link": 2, "end": 2}
+    late = bench.subscription(node="/late")
+    topic.count_lost("link", -2)
+    topic.count_lost("end", -2)
+    assert (topic.statistics().losses, subscription.statistics().lost, late.statistics().lost) == ({}, {}, {})
+    assert "lost" not in topic.statistics().subscriptions[0].as_json()
+
+
+@virtual_time
 async def test_newest_suffice_while_nothing_wants_older_messages(make_bench):
     bench = make_bench()
     bench.subscription(depth=3)

@@ -70,14 +70,16 @@ def _topic_losses(topic: TopicStatistics) -> Iterator[str]:
     """Yield a sentence for each way in which messages of a topic did not reach a subscription's queue."""
     # Here, because `topic stats` uses this module too, and shall not load what only a run needs.
     from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
-    from busflow.bus.statistics import EARLY, UNMATCHED, UNSENT
+    from busflow.bus.statistics import EARLY, LOST, UNMATCHED, UNSENT, reasons_text
 
     gone = {reason: count for reason, count in topic.losses.items() if count}
     early, unsent = gone.pop(EARLY, 0), gone.pop(UNSENT, 0)
     threads = sum(gone.pop(reason, 0) for reason in (INBOX_DROPPED, INBOX_REFUSED))
     if gone:
-        reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
-        yield f"not all that came from other processes was received: {reasons}"
+        lost = {printable(each.node): reasons_text(each.lost) for each in topic.subscriptions if each.lost}
+        at = "; ".join(f"{node}: {reasons}" for node, reasons in lost.items())
+        readers = f" ({LOST} at {at})" if at else ""
+        yield f"not all that came from other processes was received: {reasons_text(gone)}{readers}"
     if early:
         missed = counted(early, "message was", "messages were")
         yield f"{missed} published before other processes received the topic, and dropped"
@@ -158,6 +160,8 @@ def topic_rows(topics: Sequence[Mapping[str, Any]], seconds: float, *, why: bool
         for line in topic["subscriptions"]:
             drops = ", ".join(f"{count} {word}" for word, count in line["drops"].items()) if why else ""
             dropped = f"{line['dropped']} ({drops})" if drops else line["dropped"]
+            if why and (lost := line.get("lost")):
+                dropped = f"{dropped}, lost {', '.join(f'{count} {word}' for word, count in lost.items())}"
             queue = f"depth {line['depth']}, {line['overflow']}"
             yield f"  → {line['node']}", queue, line["published"], "", line["delivered"], dropped, line["queued"]
 

@@ -9,7 +9,7 @@ from typing import Any
 from busflow.bus.endpoint import UNANNOUNCED
 from busflow.bus.names import is_hidden
 from busflow.bus.qos_matching import Verdict, compatibility
-from busflow.bus.statistics import EARLY, OUTGOING, UNSENT
+from busflow.bus.statistics import EARLY, LOST, OUTGOING, UNSENT, reasons_text
 from busflow.errors import MalformedMessage, Problem, Severity
 from busflow.text import counted, did_you_mean
 from busflow.wire.client.graph_view import EndView, GraphView, TopicView
@@ -27,7 +27,7 @@ _REMEDIES: Mapping[str, str] = {
     "expired": "they waited longer than the publisher's lifespan: make the handler faster, or raise the lifespan",
 }
 _LOSSES: Mapping[str, tuple[str, str]] = {
-    "lost": (
+    LOST: (
         "never arrived",
         "their link broke meanwhile, or the process was too busy to take them in: see busflow log --level warning",
     ),
@@ -194,10 +194,16 @@ def _losses(answers: Answers) -> Iterator[Problem]:
                 if count and not reason.startswith("inbox_"):  # `_inbox` reports those
                     what, fix = _LOSSES.get(reason, (reason, ""))
                     way, end = ("to", "out") if reason in OUTGOING else ("from", "in")
-                    readers = ", ".join(dict.fromkeys(each["node"] for each in topic.get("subscriptions", ())))
-                    what += f" at {readers}" if reason == "lost" and readers else ""
+                    what += _readers(topic) if reason == LOST else ""
                     text = f"{counted(count, 'message')} on {topic['name']} {way} other processes {what}"
                     yield Problem(f"{reason}-on-the-way-{end}", text, fix or None, severity=Severity.WARNING)
+
+
+def _readers(topic: Mapping[str, Any]) -> str:
+    """Return which nodes have lost messages, and for which reasons."""
+    lost = {each["node"]: each.get("lost") for each in topic.get("subscriptions", ())}
+    readers = [node + (f" ({reasons_text(reasons)})" if reasons else "") for node, reasons in lost.items()]
+    return f" at {', '.join(readers)}" if readers else ""
 
 
 def _inbox(answers: Answers) -> Iterator[Problem]:

@@ -69,6 +69,8 @@ class Reason(IntEnum):
     """The reader was behind by more than its queue."""
     END = 2
     """The sender ended before the reader had room."""
+    LINK = 3
+    """The line has ended. No packet says so."""
 
 
 class Wanted(NamedTuple):

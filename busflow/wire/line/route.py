@@ -231,12 +231,27 @@ class Route:
             self._tails.pop(gid, None)
 
     def give_up(self) -> None:
-        """Drop what waits, and say so if the socket has room: the sender ends."""
-        while self._waiting and not (self._begun and len(self._waiting) == 1):
-            self._drop(1 if self._begun else 0)
+        """Drop what waits, and say so if the socket has room: the sender ends.
+
+        What had overflowed before it, and behind it, is told apart.
+        """
+        begun = 1 if self._begun else 0
+        behind, self._tails = self._tails, {}
+        for _, attachment in reversed([*islice(self._waiting, begun, None)]):
+            self._tails[attachment[GID_AT:ATTACHMENT_BYTES]] = _before(attachment)
+        self._send_last_marks(Reason.OVERFLOW)
+        while len(self._waiting) > begun:
+            self._drop(begun)
+        self._send_last_marks(Reason.END)
+        self._tails = behind
+        self._send_last_marks(Reason.OVERFLOW)
+
+    def _send_last_marks(self, reason: Reason) -> None:
+        """Send marks if the socket has room, and forget them; none may come into a message that has left in part."""
         if not self._begun:
             with suppress(OSError):
-                self._send_marks(Reason.END)
+                self._send_marks(reason)
+        self._tails = {}
 
     def acknowledge(self, count: int) -> None:
         """Note that the reader has done with so many packets, the oldest first.
@@ -337,6 +352,11 @@ class Route:
 
     def _step(self, event: RouteEvent) -> None:
         self.state = NEXT[self.state][event]
+
+
+def _before(attachment: bytes) -> bytes:
+    """Return the attachment of the same publisher's message before; number 0 is that of no message."""
+    return SEQUENCE.pack(_sequence(attachment) - 1) + attachment[SEQUENCE.size :]
 
 
 def _sequence(attachment: bytes) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from busflow.bus.statistics import LINK
 from busflow.wire.zenoh.keys import MOST_MISSING
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ class Arrivals:
         """Create a record without publishers; the topic counts missing messages as `lost`, kept ones as `earlier`."""
         self.last: dict[bytes, int] = {}
         """By present publisher, its highest number. The caller may record the next number here, without `note`."""
-        self._topic, self._losses = topic, topic.losses
+        self._topic = topic
         self._records: dict[bytes, _Record] = {}
         self._gone: dict[bytes, int] = {}
         """By publisher that has gone, its highest number."""
@@ -59,13 +60,19 @@ class Arrivals:
                 self._topic.earlier += 1
 
     def note(
-        self, gid: bytes, sequence: int, *, ordered: bool = False, overflowed: Publisher[Any] | None = None
+        self,
+        gid: bytes,
+        sequence: int,
+        *,
+        ordered: bool = False,
+        overflowed: Publisher[Any] | None = None,
+        reason: str = LINK,
     ) -> bool:
         """Record a message, and count the missing ones before it; return False if it is not to be published.
 
         That is one that has arrived before. With `ordered` it is any that arrives after a newer one: Zenoh brings kept
-        messages in order, so an older one was overtaken while a link was broken. Missing messages count as lost, or as
-        overflow if `overflowed`, their publisher, is given: the receiver has dropped them.
+        messages in order, so an older one was overtaken while a link was broken. Missing messages count as lost for
+        this reason, or as overflow if `overflowed`, their publisher, is given: the receiver has dropped them.
         """
         numbers = self._gone if gid in self._gone else self.last
         last = numbers.get(gid)
@@ -90,7 +97,7 @@ class Arrivals:
             gaps = self._records[gid].gaps
             gaps.append(range(last + 1, sequence))
             del gaps[:-_MOST_GAPS]
-            self._losses["lost"] += missing
+            self._topic.count_lost(reason, missing)
         return True
 
     def _fill(self, record: _Record, sequence: int) -> bool:
@@ -101,9 +108,7 @@ class Arrivals:
                 record.gaps[index : index + 1] = [half for half in halves if half]
                 del record.gaps[:-_MOST_GAPS]  # numbers out of order could divide them without end
                 if sequence > record.first:
-                    self._losses["lost"] -= 1
-                    if not self._losses["lost"]:
-                        del self._losses["lost"]
+                    self._topic.count_lost(LINK, -1)
                 return True
         return False
 

@@ -18,6 +18,7 @@ from busflow.bus.dispatcher import QUANTUM
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability, Overflow
+from busflow.bus.statistics import END
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.wire.line.packets import PIECES, Reason, Wanted
@@ -57,13 +58,7 @@ class Inlet:
     """Whether the feed may have dropped messages before those in the buffer."""
 
     def __init__(
-        self,
-        topic: Topic[Any],
-        connection: Connection,
-        *,
-        arrivals: Arrivals,
-        on_lineless: Callable[[str], None],
-        on_broken: Callable[[str], None],
+        self, topic: Topic[Any], connection: Connection, *, arrivals: Arrivals, on_lineless: Callable[[str], None]
     ) -> None:
         """Start to receive.
 
@@ -73,14 +68,13 @@ class Inlet:
             arrivals: the record of the topic's arrived messages, those of its earlier inlets included. After a broken
                 link the same publishers come back. The numbers missing then count as lost, and a message that has
                 arrived before is not published again.
-            on_lineless: called with the session of a volatile publisher that is received through Zenoh from the start.
-            on_broken: called with a session that is still there, but whose line has ended.
+            on_lineless: called with the session of a volatile publisher that is received through Zenoh from now on.
         """
         self.received: int = 0
         self.losses: Counter[str] = topic.losses
         self._topic, self._support, self._bus = topic, connection.supports(topic.type), connection.bus
         self._log, self._on_loop, self._connection = connection.log, connection.on_loop, connection
-        self._on_lineless, self._on_broken = on_lineless, on_broken
+        self._on_lineless = on_lineless
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
         """By gid, the publishers that keep nothing for late joiners and whose messages do not expire."""
@@ -182,15 +176,16 @@ class Inlet:
 
     def _line_ended(self, session: str) -> None:
         """Receive by another line at once; else through Zenoh, if the session has not ended with the line."""
-        self._intakes.pop(session, None)
-        self._interrupted.update(gid for gid, each in self._by_line.items() if each == session)
+        gids = [gid for gid, each in self._by_line.items() if each == session]
+        self._buffer.put([(Reason.LINK, bytes(GID_AT) + gid) for gid in gids], self._intakes.pop(session))
+        self._empty()  # behind what has arrived
         if not self._closed and not self._follow(session):
             asyncio.get_running_loop().call_later(TOKENS_TAKE * timeouts.current.departure, self._leave_line, session)
 
     def _leave_line(self, session: str) -> None:
         left = [gid for gid, each in self._by_line.items() if each == session and gid not in self._leaving]
         if left and not self._closed and session not in self._intakes:
-            self._on_broken(session)
+            self._on_lineless(session)
             for gid in left:
                 del self._by_line[gid]
             self._subscribe()
@@ -283,8 +278,8 @@ class Inlet:
     # Arriving messages.
 
     def _warn(self) -> None:
-        what = f"messages on {self._topic.name} from other processes are dropped"
-        self._on_loop(self._log.warning, f"{what}: more than {LARGEST >> 20} MiB of them wait")
+        why = f"more than {LARGEST >> 20} MiB of them wait"
+        self._on_loop(self._log.warning, f"messages on {self._topic.name} from other processes are dropped: {why}")
 
     def _pause(self) -> None:
         """Note that all that had come is published."""
@@ -413,13 +408,13 @@ class Inlet:
         """Count the messages that a sender dropped after the last one that has arrived, up to this one."""
         gid, (sequence,) = signature[GID_AT:], SEQUENCE.unpack_from(signature)
         publisher = self._publishers.get(gid)
-        if reason is Reason.END:
+        if reason is Reason.LINK:
             self._interrupted.add(gid)
-        if self._note(gid, sequence):
-            if reason is Reason.END or publisher is None:
-                self.losses["lost"] += 1
-            else:
-                self._topic.count_overflow(publisher, 1)
+        elif reason is Reason.END or publisher is None:
+            if self._arrivals.note(gid, sequence, reason=END):
+                self._topic.count_lost(END, 1)
+        elif self._note(gid, sequence):
+            self._topic.count_overflow(publisher, 1)
 
     def _publish_carefully(self, payload: Payload, signature: bytes) -> None:
         """Publish a message of any publisher, after all checks."""

@@ -147,11 +147,7 @@ class RemotePublishers:
         if found is None:
             arrivals = self._arrivals.setdefault(topic.name, Arrivals(topic))
             found = self._inlets[topic.name] = Inlet(
-                topic,
-                self._connection,
-                arrivals=arrivals,
-                on_lineless=self._note_lineless,
-                on_broken=self._warn_of_zenoh,
+                topic, self._connection, arrivals=arrivals, on_lineless=self._note_lineless
             )
             for token in self._known_on(topic.name):
                 if str(token) in self._refused:

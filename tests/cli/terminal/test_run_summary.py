@@ -44,6 +44,13 @@ CASES: dict[str, dict[str, Any]] = {
         "sections": {"processes": PROCESSES},
         "topics": (TopicStatistics("/t", "a/msg/B", 9, losses={"lost": 3, "malformed": 0, "refused": 1, "early": 1}),),
     },
+    "losses by their reader and reason": {
+        "topics": (
+            TopicStatistics(
+                "/t", "a/msg/B", 9, losses={"lost": 3}, subscriptions=(replace(LINE, lost={"link": 2, "end": 1}),)
+            ),
+        ),
+    },
     "messages published beside a subscription": {
         "topics": (
             TopicStatistics(

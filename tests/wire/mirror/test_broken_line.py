@@ -79,13 +79,35 @@ async def test_messages_go_on_by_another_line_and_then_through_zenoh(directory, 
         topic = there.graph.bus.topics["/numbers"].statistics()
         assert topic.subscriptions[0].dropped == 0
         assert topic.published + topic.losses.get("lost", 0) == talker.numbers.published
-    assert warned_of_zenoh(capsys) == ["/talker come through Zenoh: the line to it has ended"]
+        assert topic.subscriptions[0].lost.get("link", 0) == topic.losses.get("lost", 0)
+        told = []
+        await until(lambda: told.extend(warned_of_zenoh(capsys)) or told)
+    assert told + warned_of_zenoh(capsys) == ["/talker come through Zenoh: the line to it has ended"]
 
 
 def warned_of_zenoh(capsys):
     """Whose messages come through Zenoh, and why, as the log says."""
     begin = "messages of the process of "
     return [line.partition(begin)[2] for line in capsys.readouterr().err.splitlines() if begin in line]
+
+
+async def test_messages_for_which_a_reader_has_no_room_at_the_end_are_lost_to_it(directory):
+    here, there = Process(Talker, "here", directory, "there"), Process(Ear, "there", directory, "here")
+    await asyncio.gather(here.graph.start(), there.graph.start())
+    await goes_on(here, there)
+    for _ in range(5000):  # in one turn of the loop: nothing is read meanwhile
+        here.graph.node(Talker).say()
+    mirror = here.membership._mirror
+    mirror._lines.finish(0)
+    mirror._lines.close()
+    mirror._session.close()
+    topic = there.graph.bus.topics["/numbers"]
+    await until(lambda: not topic.publishers)
+    found = topic.statistics()
+    assert found.losses == {"lost": 100}
+    assert found.subscriptions[0].lost == {"end": 100}
+    assert found.published + 100 == here.graph.node(Talker).numbers.published
+    await asyncio.gather(here.graph.stop(), there.graph.stop())
 
 
 async def test_process_whose_socket_is_out_of_reach_is_received_through_zenoh(directory, capsys):
