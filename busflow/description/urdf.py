@@ -27,6 +27,8 @@ MOST_MIMICS = 32
 """The most joints over which one mimics another."""
 _LIMITED = {JointKind.REVOLUTE, JointKind.PRISMATIC}
 """The kinds that need limits."""
+_XACRO = frozenset({"include", "macro", "property", "arg", "if", "unless", "insert_block", "call", "element"})
+"""The statements of xacro."""
 _REMOTE = ("http://", "https://")
 """Addresses that are the viewers' to read."""
 
@@ -84,17 +86,23 @@ class _Reader:
         return Robot(root.attributes.get("name", ""), next(roots, ""), tuple(joints), self._file.text)
 
     def _needs_xacro(self, root: Element) -> bool:
-        """Report the first element that only xacro understands; it would be run, and busflow runs no code of files."""
-        found = next((each for each in root.within() if each.tag.startswith("xacro:")), None)
-        if found is None:
+        """Report the first statement of xacro; it would be run, and busflow runs no code of files."""
+        found = [each for each in root.within() if each.tag.startswith("xacro:")]
+        statement = next((each for each in found if each.tag.removeprefix("xacro:") in _XACRO), None)
+        if statement is None:
+            for each in found:  # xacro leaves the call of an unknown macro as it is
+                message = f"<{printable(each.tag, limit=100)}> is a macro that xacro did not know: it is left out"
+                self._reading.doubt("xacro", message, "include the file that defines it", each)
             return False
         path = self._file.path
         plain = f"{path.with_suffix('').name.removesuffix('.urdf')}.urdf"
         if plain == path.name:
             plain = f"expanded_{plain}"
-        message = f"<{printable(found.tag, limit=100)}> is xacro, a program that makes a URDF file; it is not run here"
+        message = (
+            f"<{printable(statement.tag, limit=100)}> is xacro, a program that makes a URDF file; it is not run here"
+        )
         fix = f"expand it first: xacro {printable(path.name)} > {printable(plain)}, and name {printable(plain)}"
-        self._report("xacro", message, fix, found)
+        self._report("xacro", message, fix, statement)
         return True
 
     # Elements.

@@ -155,6 +155,7 @@ DOUBTFUL: dict[str, str] = {
     "jerk before version 1.2": robot(joint('<limit effort="1" velocity="1" jerk="@2"/>'), WRIST),
     "an unknown attribute of a limit": robot(joint('<limit current="@10"/>'), WRIST),
     "zeros of an axis": robot(joint('<axis xyz="0 0 1" rpy="@0 0 0"/>'), WRIST),
+    "a macro that xacro did not know": robot(joint(), WRIST, '<@xacro:sensors parent="arm"/>'),
     "an unknown element of a visual": drawn().replace("<geometry>", "<@bullet/><geometry>"),
 }
 

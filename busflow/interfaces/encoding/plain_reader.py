@@ -286,7 +286,7 @@ def _wide_text(cursor: _Cursor) -> str:
 
 def _bounded(text: Callable[[_Cursor], str], bound: int) -> Reader:
     def read(cursor: _Cursor) -> str:
-        start = cursor.claim(0, 4)
+        start = cursor.offset + padding(cursor.offset, 4)
         found = text(cursor)
         if len(found) > bound:
             raise _Unreadable(f"{len(found)} characters where {bound} are allowed", start)

@@ -463,6 +463,15 @@ def test_bound_of_a_text_counts_its_characters(message):
     assert encoder_from_description(describe(cls))(values) == data
 
 
+class Sure(Message, package="test"):
+    here: bool
+    side: string
+
+
+def test_field_that_has_to_be_given_states_no_default():
+    assert [each["default_value"] for each in describe(Sure)["type_description"]["fields"]] == ["", ""]
+
+
 def test_value_that_no_constructor_has_checked_is_named(golden):
     with golden.raises(MalformedMessage):
         codec(Said).encode(Said.model_construct(wide=1, short=""))
