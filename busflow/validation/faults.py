@@ -19,6 +19,9 @@ from busflow.validation.annotations import Bounds, at, choices, split, step_into
 MOST_FAULTS = 100
 """The maximum number of reported faults; a hostile file could have a hundred thousand."""
 
+QUOTE_IT = "quote it: "
+"""Begins the fix for a number or boolean in the place of a text."""
+
 _NOUNS: dict[object, str] = {
     bool: "true or false",
     int: "a whole number",
@@ -255,7 +258,7 @@ def _remedy(annotation: object, value: object) -> str | None:
     if wanted is bool and isinstance(value, str) and value.lower() in _YAML_1_1:
         return f"write {_YAML_1_1[value.lower()]}"
     if wanted is str and isinstance(value, (bool, int, float)):
-        return f'quote it: "{plain(value) if not isinstance(value, bool) else str(value).lower()}"'
+        return f'{QUOTE_IT}"{plain(value) if not isinstance(value, bool) else str(value).lower()}"'
     if wanted is int and isinstance(value, float) and value.is_integer() and abs(value) < 2**53:
         return f"write {int(value)}"
     if wanted in {int, float} and isinstance(value, str):

@@ -86,9 +86,9 @@ def set_(run: str | None, node: str, assignments: tuple[str, ...], as_json: bool
         name, is_joined, value = assignments[-1].partition("=")
         fix = f"{name} {value}" if is_joined else "NAME VALUE for each parameter"
         raise click.UsageError(f"{printable(assignments[-1])} has no value: write {printable(fix)}")
-    values = {name: _value(text) for name, text in zip(assignments[::2], assignments[1::2], strict=True)}
+    given = {name: _value(text) for name, text in zip(assignments[::2], assignments[1::2], strict=True)}
     with joined(run) as peer:
-        return _set(peer, node, values, as_json=as_json)
+        return _set(peer, node, {name: each.data for name, each in given.items()}, as_json=as_json, given=given)
 
 
 @click.command(epilog=_examples("load"))
@@ -207,11 +207,25 @@ def _edit(file: Path, found: Sequence[Drift]) -> LaunchFileEdit:
 # Setting.
 
 
-def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool, stated: Value | None = None) -> int:
+def _set(
+    peer: Peer,
+    node: str,
+    values: Mapping[str, object],
+    *,
+    as_json: bool,
+    stated: Value | None = None,
+    given: Mapping[str, Value] | None = None,
+) -> int:
     """Set parameters, and print the result; the faults of those that a file has stated with their lines."""
+    from busflow.launchfile.model.problems import quoted_as_written
+
     parameters_of(peer, node)  # raises for an unknown node
     results = peer.ask("set_parameters", node=absolute_name(node), values=values)
     changed, faults = results[0]["changed"], results[0]["faults"]
+    for fault in faults:
+        path = tuple(fault["path"])
+        value = stated.nearest(path) if stated is not None else (given or {}).get(".".join(map(str, path)))
+        fault["fix"] = fault["fix"] if value is None else quoted_as_written(fault["fix"], value)
     if as_json:
         print_answer({"run": peer.run.name, "node": absolute_name(node), "changed": changed, "faults": faults})
     elif faults:
@@ -228,10 +242,10 @@ def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool, 
     return ExitCode.FAILED if faults else ExitCode.OK
 
 
-def _value(text: str) -> object:
+def _value(text: str) -> Value:
     from busflow.launchfile.yaml.document import parse_value
 
-    return parse_value(text, "command line").data
+    return parse_value(text, "command line")
 
 
 # Comparing with the launch file.

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 from busflow.errors import Fault, InvalidParameter, KeyPath, LaunchError, Place, Problem, Severity
 from busflow.launchfile.model.description import NodeSpec
-from busflow.launchfile.yaml.value import Origin, Value
+from busflow.launchfile.yaml.scalar import plain_scalar
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
+from busflow.validation.faults import QUOTE_IT, same
 
 if TYPE_CHECKING:
     from busflow.log import Logger
@@ -152,7 +154,24 @@ def _problem(fault: Fault, stated: Value, noun: str, subject: str) -> Problem:
     message = f"{subject}: {fault.message}" if subject else fault.message
     if found.origin.through is not None and _is_at(found, stated, fault.path):
         message += f", from {found.origin.through}"
-    return problem_at(code, message, fault.fix, found.origin, found.key if at_key else None)
+    fix = quoted_as_written(fault.fix, found)
+    return problem_at(code, message, fix, found.origin, found.key if at_key else None)
+
+
+def quoted_as_written(fix: str | None, value: Value) -> str | None:
+    """Return the fix; where it says to quote a value, with the text as it is written: `"0483"`, not `"483"`."""
+    place = value.origin.place
+    if fix is None or not fix.startswith(QUOTE_IT) or place is None:
+        return fix
+    text = place.excerpt[place.column - 1 :][: place.width].strip()
+    try:
+        is_value = same(plain_scalar(text), value.content)
+    except ValueError:
+        return fix
+    # A shell takes one pair of quotes away; the quotes of a list on the command line are within another pair.
+    is_word = value.origin.source is StatedBy.COMMAND_LINE and place.column - 1 + place.width == len(place.excerpt)
+    quoted = f"'\"{text}\"'" if is_word else f'"{text}"'
+    return QUOTE_IT + quoted if is_value else fix
 
 
 def _is_at(found: Value, stated: Value, path: KeyPath) -> bool:

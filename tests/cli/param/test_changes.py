@@ -71,6 +71,15 @@ def test_other_processes_find_and_receive_changes():
     ]
 
 
+@pytest.mark.usefixtures("steady")
+@pytest.mark.parametrize("text", ["0483", "1e3", "0x10", "+1", "1.", "true", "TRUE"])
+def test_the_fix_for_a_number_shows_it_as_it_is_written(shell: Shell, text: str, tmp_path: Path):
+    (tmp_path / "values.yaml").write_text(f"frame_id: {text}\n")
+    for command, shown in ((f"set sensor frame_id {text}", f"'\"{text}\"'"), ("load sensor values.yaml", f'"{text}"')):
+        data = shell.data(f"param {command.replace('values.yaml', str(tmp_path / 'values.yaml'))}", code=1)
+        assert [(each["code"], each["fix"]) for each in data["faults"]] == [("type", f"quote it: {shown}")]
+
+
 @pytest.mark.usefixtures("run")
 def test_parameters_are_set_together_or_not_at_all(shell: Shell):
     assert shell("param set sensor rate_hz 20 noise.imu 99") == 1
