@@ -21,7 +21,11 @@ _VERBS = {
 _VERBS_BELOW = {
     ("bag", "burst"): "write busflow bag play -p, and step with the key s",
     ("bag", "list"): "there is one format, MCAP; write busflow bag info FILE for what is in a recording",
-    ("bag", "reindex"): "write busflow bag recover",
+    (
+        "bag",
+        "reindex",
+    ): "a bag is read without its metadata.yaml; write busflow bag convert BAG NEW --to ros2bag "
+    "for one that has it, and busflow bag recover for a damaged file",
     ("param", "delete"): "a parameter is part of its node's class; write busflow param set to give it another value",
 }
 _PARAMETER = (
@@ -29,6 +33,7 @@ _PARAMETER = (
 )
 _NO_DAEMON = "leave it out: no daemon stands between, each run answers for itself"
 _READS_ALL = "it receives what is published, whatever its QoS; leave it out"
+_ANY_STORAGE = "leave it out: a bag says itself how it is stored"
 _OPTIONS = {
     ("", "--no-daemon"): _NO_DAEMON,
     ("", "--spin-time"): _NO_DAEMON,
@@ -44,6 +49,13 @@ _OPTIONS = {
     ("run", "--print"): "write busflow config FILE",
     ("call", "-r"): "call it again and again from the shell: while busflow service call …; do sleep 1; done",
     ("call", "--rate"): "call it again and again from the shell: while busflow service call …; do sleep 1; done",
+    ("convert", "-i"): "write busflow bag convert IN OUT",
+    ("convert", "--input"): "write busflow bag convert IN OUT",
+    ("convert", "-o"): "write busflow bag convert IN OUT --to FORMAT, without a file of options",
+    ("convert", "--output-options"): "write busflow bag convert IN OUT --to FORMAT, without a file of options",
+    ("play", "-i"): "write busflow bag play FILE",
+    ("play", "--input"): "write busflow bag play FILE",
+    **{(verb, option): _ANY_STORAGE for verb in ("info", "play", "convert") for option in ("-s", "--storage")},
     ("play", "--start-offset"): "write --start 3s",
     ("play", "--playback-duration"): "write --duration 5s",
     **{(verb, "--qos-"): _READS_ALL for verb in ("echo", "hz", "bw", "delay")},
@@ -60,8 +72,8 @@ an empty command for any.
 def instead_of_verb(name: str, group: str = "") -> str | None:
     """Return what to write instead of a command that busflow does not have, of its own or below another one.
 
-    >>> instead_of_verb("launch"), instead_of_verb("reindex", "bag")
-    ('write busflow run FILE', 'write busflow bag recover')
+    >>> instead_of_verb("launch"), instead_of_verb("burst", "bag")
+    ('write busflow run FILE', 'write busflow bag play -p, and step with the key s')
     """
     return _VERBS_BELOW.get((group, name)) if group else _VERBS.get(name)
 

@@ -14,24 +14,26 @@ from busflow.cli.terminal.progress import progress
 from busflow.text import counted
 
 _FORMS = ("ros2bag", "csv", "parquet", "jsonl", "mcap")
+_SUFFIXES = {".mcap": "mcap", ".jsonl": "jsonl"}
 _EXAMPLES = """\b
 Examples:
   busflow bag convert run.mcap run_bag --to ros2bag
   busflow bag convert run.mcap tables --to csv --topics joint_states
   busflow bag convert run.mcap run.jsonl --to jsonl --start 10s --end 20s
   busflow bag convert run.mcap - --to jsonl | jq .message
-  busflow bag convert old_bag new.mcap --to mcap"""
+  busflow bag convert old_bag new.mcap"""
 
 
 @click.command(epilog=_EXAMPLES)
 @reads("in_")
 @click.argument("out", type=click.Path(path_type=Path))
-@click.option("--to", type=click.Choice(_FORMS), required=True, help="The format of OUT.")
+@click.option("--to", type=click.Choice(_FORMS),
+              help="The format of OUT; by default that of its suffix, .mcap or .jsonl.")  # fmt: skip
 @click.option("--topics", callback=listed, metavar="NAMES", help="Only these topics, separated by commas.")
 @within
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def convert(
-    in_: Path, out: Path, to: str, topics: list[str], start_s: float | None, end_s: float | None, as_json: bool
+    in_: Path, out: Path, to: str | None, topics: list[str], start_s: float | None, end_s: float | None, as_json: bool
 ) -> int:
     """Write the recording IN as OUT, which must not exist.
 
@@ -39,6 +41,9 @@ def convert(
     file with a line for each message; mcap is a file for any reader of MCAP, also of a bag that was split or is a
     database. The exit code is 5 if IN could not be read to its end. With - for OUT, jsonl goes to standard output.
     """
+    to = to or _SUFFIXES.get(out.suffix)
+    if to is None:
+        raise click.UsageError(f"the suffix of OUT, {out.name}, says no format: add --to, one of {', '.join(_FORMS)}")
     to_stdout = str(out) == "-"
     if to_stdout and (to != "jsonl" or as_json):
         raise click.UsageError("only --to jsonl can be written to standard output, without --json")

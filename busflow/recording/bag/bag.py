@@ -24,6 +24,8 @@ from busflow.recording.bag.mcap_file import McapFile
 from busflow.recording.bag.series import Damage, Numbered, Series, merged
 
 _DIGESTED = Struct("<IIIQQ")
+_DATABASE = ".db3"
+"""The suffix of a file that is read without a directory and its metadata."""
 _NUMBER = re.compile(r"_\d+(?=\.mcap$)")
 """The number of a part, at the end of its name."""
 
@@ -173,12 +175,12 @@ class Bag:
         return found.hexdigest()
 
     def _open(self) -> None:
-        if not self.path.is_dir():
+        if not self.path.is_dir() and not (self.path.suffix == _DATABASE and self.path.is_file()):
             self.files = (McapFile(self.path),)
             return
-        from busflow.recording.bag.rosbag2 import directory
+        from busflow.recording.bag.rosbag2 import Directory, directory
 
-        found = directory(self.path)
+        found = directory(self.path) if self.path.is_dir() else Directory((self.path,), "sqlite3")
         self.unfinished, self.report = found.unfinished, found.report
         if found.storage == "mcap" and not found.compressed:
             self.files = self._files(found.files)

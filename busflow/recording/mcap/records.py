@@ -8,6 +8,7 @@ millions, are not parsed by the package at all.
 from __future__ import annotations
 
 import os
+import shlex
 import stat
 import zlib
 from collections.abc import Callable, Iterator
@@ -277,5 +278,8 @@ def _no_mcap(name: str, start: bytes, size: int) -> BagError:
     if start == b"SQLite f":
         fix = "name the directory that it lies in, which has a metadata.yaml"
         return BagError("it is a database of rosbag2", file=name, fix=fix)
+    if start.startswith(b"\x28\xb5\x2f\xfd"):  # zstd's number
+        fix = f"zstd -d {shlex.quote(name)} unpacks it; the directory of a bag is read as it is"
+        return BagError("it is compressed with zstd as a whole", file=name, fix=fix)
     what = "the file ends within its first eight bytes" if MAGIC.startswith(start) else "it is no MCAP"
     return BagError(f"{what}: it begins with {start.hex(' ')}", file=name, offset=0)

@@ -1,6 +1,7 @@
 import json
 import os
 import pty
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -22,6 +23,28 @@ def here(tmp_path, monkeypatch):
 def test_every_form_is_made_by_the_command(form, shell):
     assert shell(f"bag convert {BAGS}/talker out --to {form}") == 0
     assert shell(f"bag convert {BAGS}/talker out --to {form}") == 2
+
+
+def test_the_suffix_says_the_format(capsys):
+    for name, form in (("a.mcap", "mcap"), ("a.jsonl", "jsonl")):
+        assert main(["bag", "convert", str(BAGS / "talker"), name, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["to"] == form
+    assert main(["bag", "convert", str(BAGS / "talker"), "tables"]) == 2
+
+
+def test_words_of_ros_2_are_answered(shell):
+    for line in ("-i a.mcap -o b", "a.mcap -o b", "a.mcap b -s mcap"):
+        assert shell(f"bag convert {line}") == 2
+    for line in ("play -i a.mcap", "info -s mcap a.mcap"):
+        assert shell(f"bag {line}") == 2
+
+
+def test_a_bag_that_is_compressed_or_has_no_metadata(shell):
+    zstandard = pytest.importorskip("zstandard")
+    Path("a.mcap.zstd").write_bytes(zstandard.compress(b"x"))
+    assert shell("bag info a.mcap.zstd") == 2
+    shutil.copy(next((BAGS / "cdr_test_sqlite3").glob("*.db3")), "alone.db3")
+    assert main(["bag", "verify", "alone.db3"]) == 0
 
 
 def test_lines_of_json_go_to_standard_output(shell):
