@@ -82,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if sys.stdout:  # None where the shell closed it: `busflow … >&-`
             sys.stdout.flush()
     except KeyboardInterrupt:
-        return ExitCode.INTERRUPTED
+        code = ExitCode.INTERRUPTED
     except OSError as error:
         discard_output()
         if isinstance(error, BrokenPipeError):

@@ -23,6 +23,10 @@ _named: set[int] = set()
 """Children for which a line was reported: a run ends its children, and the command then its own."""
 
 
+hanging: list[threading.Thread] = []
+"""Threads that worked for an event loop at its end, and may never come back."""
+
+
 def call_in_children(method: Callable[[], None]) -> None:
     """Call a bound method in each process that is forked while its object is there, which this does not keep alive."""
     reference = weakref.WeakMethod(method)

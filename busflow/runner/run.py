@@ -46,8 +46,13 @@ def run_graph(
             await graph.stop()
         await graph.wait()
 
+    def ask_to_stop(code: ExitCode) -> None:
+        leave_threads()
+        graph.course.ask_to_stop_from_thread(code)
+
+    leave_threads: Callable[[], object] = bool
     around_s = timeouts.current.around + graph.course.end_s
-    guard = SignalGuard(graph.course.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=around_s)
+    guard = SignalGuard(ask_to_stop, grace_s=graph.grace_s + 0.1, around_s=around_s)
     guard.last_act, guard.report = last_act, graph.log.bind("busflow").warning
     with (
         guard,
@@ -57,6 +62,7 @@ def run_graph(
     ):
         graph.attach(_Program(graph, guard, collection, for_s))
         guard.goes_on = partial(_goes_on, graph, loop := runner.get_loop())
+        leave_threads = getattr(loop, "leave_threads", bool)  # virtual time waits for threads
         orphans = OrphanTasks.of(loop) or OrphanTasks(loop)
         try:
             runner.run(main())

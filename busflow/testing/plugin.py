@@ -6,8 +6,11 @@ plugin by running marked tests itself, before they would.
 
 from __future__ import annotations
 
+import atexit
 import inspect
 import os
+import sys
+import threading
 from collections.abc import Callable, Generator
 from pathlib import Path
 from traceback import walk_tb
@@ -16,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from busflow.runner import standard_error
+from busflow.runner import own_process, standard_error
 
 if TYPE_CHECKING:
     from busflow.testing.harnesses import Harness
@@ -50,6 +53,20 @@ def pytest_configure(config: pytest.Config) -> None:
         config.addinivalue_line("markers", marker)
     config.pluginmanager.register(_Caller(), "busflow-caller")
     config.pluginmanager.register(_Explainer(), "busflow-explainer")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Let pytest end although a call in a thread of a test hangs: Python would wait for it at its exit, for ever."""
+    if own_process.hanging:
+        threading._register_atexit(_leave, session)  # type: ignore[attr-defined]  # noqa: SLF001  # nothing public comes before the wait
+
+
+def _leave(session: pytest.Session) -> None:
+    if any(thread.is_alive() for thread in own_process.hanging):
+        atexit._run_exitfuncs()  # noqa: SLF001
+        sys.stdout.flush()
+        os._exit(int(session.exitstatus))
 
 
 def pytest_unconfigure() -> None:

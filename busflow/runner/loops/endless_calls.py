@@ -9,10 +9,12 @@ import sysconfig
 import threading
 from collections.abc import Iterable, Iterator
 from concurrent.futures import thread as pool
-from itertools import pairwise
+from contextvars import Context
+from functools import partial
 from pathlib import Path
 from traceback import walk_stack
 from types import FrameType
+from typing import Any
 
 import anyio
 
@@ -37,8 +39,8 @@ class EndlessCalls:
         self._limit_s = limit_s
         self._pause_s = min(_CHECK_S, limit_s / 2)
         self._checked_s = perf_counter()
-        self._worked_s: dict[FrameType, float] = {}
-        """By the outermost frame of a call, for how long it was seen at work: one pause for each check after the first.
+        self._worked_s: dict[object, float] = {}
+        """By call, for how long it was seen at work: one pause for each check after the first.
 
         A late check counts no more: what stops the whole process, such as Ctrl-Z or a suspended machine, is no call's.
         """
@@ -64,30 +66,55 @@ class EndlessCalls:
         return ""
 
 
-def _calls(workers: set[int | None], *, pools: bool) -> Iterator[tuple[FrameType, list[FrameType]]]:
-    """Yield the outermost frame of each call in a worker thread, and all frames of the call, the innermost first."""
+def _calls(workers: set[int | None], *, pools: bool) -> Iterator[tuple[object, list[FrameType]]]:
+    """Yield what is the same throughout each call in a worker thread, and its frames up to the worker's, from inside.
+
+    A function that is no Python code has no frame: the worker's own is the only one.
+    """
     for ident, innermost in sys._current_frames().items():  # noqa: SLF001  # documented in spite of its name
         frames = [frame for frame, _ in walk_stack(innermost)]
-        for at, (frame, caller) in enumerate(pairwise(frames), start=1):
+        for at, caller in enumerate(frames):
             file = caller.f_code.co_filename
             is_call = (file.startswith(_ANYIO) and ident in workers) or (pools and file == pool.__file__)
             if is_call and caller.f_code.co_name == "run":
-                yield frame, frames[:at]
+                yield frames[at - 1] if at else _item(caller), frames[: at + 1]
                 break
 
 
+def _item(worker: FrameType) -> object:
+    """Return the future of the call that a worker makes, of anyio or of a pool."""
+    return worker.f_locals.get("future") or worker.f_locals.get("self")
+
+
+def _function(worker: FrameType) -> str:
+    """Return the name of the function that a worker calls."""
+    names = worker.f_locals
+    function: Any = names.get("func") or getattr(names.get("self"), "fn", None)
+    while isinstance(function, partial):  # asyncio.to_thread passes one of a context's `run`
+        function = function.args[0] if isinstance(getattr(function.func, "__self__", None), Context) else function.func
+    module = getattr(function, "__module__", None)
+    return f"{module}.{function.__qualname__}" if module and hasattr(function, "__qualname__") else repr(function)
+
+
 def _description(frames: list[FrameType], limit_s: float) -> str:
+    *frames, worker = frames
     own = [frame for frame in frames if not _is_library(frame.f_code.co_filename)]
     node = life_in(own)
-    frame = (own or frames)[0]
-    file, line = frame.f_code.co_filename, frame.f_lineno
-    source = printable(linecache.getline(file, line).strip(), limit=100)
+    where = (
+        _place((own or frames)[0]) if frames else f"{printable(_function(worker), limit=100)}, which is no Python code"
+    )
     return (
         f"a thread{f' of {node.name}' if node else ''} has worked for {limit_s:g} s of real time, and virtual time "
-        f"stands still for it: {printable(frame.f_code.co_qualname)} at {printable(shown(file))}:{line}: {source}; "
+        f"stands still for it: {where}; "
         "a driver that reads without end needs a fake in place of its device (docs/hardware.md, On virtual time), "
         "and a long computation @virtual_time(thread_s=…)"
     )
+
+
+def _place(frame: FrameType) -> str:
+    file, line = frame.f_code.co_filename, frame.f_lineno
+    source = printable(linecache.getline(file, line).strip(), limit=100)
+    return f"{printable(frame.f_code.co_qualname)} at {printable(shown(file))}:{line}: {source}"
 
 
 def _is_library(file: str) -> bool:

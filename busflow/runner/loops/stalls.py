@@ -11,9 +11,10 @@ from typing import Any
 
 import anyio
 
+from busflow.node import node
 from busflow.text import printable
 
-_LIBRARIES = tuple(str(Path(str(module.__file__)).parent) for module in (asyncio, anyio))
+_LIBRARIES = (*(str(Path(str(module.__file__)).parent) for module in (asyncio, anyio)), str(node.__file__))
 
 
 def waiting(loop: asyncio.AbstractEventLoop) -> list[str]:

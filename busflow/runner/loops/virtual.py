@@ -22,6 +22,7 @@ from typing import Any, TypeAlias, TypeVar, TypeVarTuple, Unpack
 from busflow import timeouts
 from busflow.clock import NS_PER_S, perf_counter
 from busflow.errors import Deadlock
+from busflow.runner import own_process
 from busflow.runner.loops.endless_calls import EndlessCalls
 from busflow.runner.loops.schedule import AnyOrder, Schedule
 from busflow.runner.loops.stalls import waiting
@@ -158,9 +159,20 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         future.add_done_callback(self._thread_done)
         return future
 
+    def leave_threads(self) -> None:
+        """Wait for no call in a thread any more, e.g. after Ctrl-C; callable in a signal's thread."""
+        self._endless.found = True
+
+    def close(self) -> None:
+        """Close the loop; what still works for it in a thread may never end."""
+        if not self.is_closed():
+            own_process.hanging += self._anyio_workers()
+        super().close()
+
     async def shutdown_default_executor(self, *args: Any, **kwargs: Any) -> None:
         """Wait for the executor's threads, in real time, unless a call in one was found to be endless."""
         if self._endless.found and self._default_executor is not None:
+            own_process.hanging += self._default_executor._threads  # noqa: SLF001  # it has no public list
             self._default_executor.shutdown(wait=False)
             self._default_executor = None
         with self._standing_still():

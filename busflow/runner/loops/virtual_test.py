@@ -43,6 +43,7 @@ def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -
         return await main
 
     def cancel(_code: ExitCode) -> None:
+        loop.leave_threads()
         with suppress(RuntimeError):  # the loop is closed
             loop.call_soon_threadsafe(lambda: [task.cancel() for task in tasks])
 

@@ -63,3 +63,27 @@ def _pause():
 async def test_pause_of_the_process_is_no_endless_call():
     """As after Ctrl-Z, or while the machine is suspended; here the call holds the interpreter's lock."""
     await anyio.to_thread.run_sync(_pause)
+
+
+@pytest.mark.parametrize("way", ["anyio", "to_thread", "executor"])
+def test_a_function_without_a_frame_is_named(way):
+    """Not Python code: a driver's `read`, `time.sleep`; here a lock that is held."""
+    held = threading.Lock()
+    held.acquire()
+
+    @virtual_time(thread_s=0.2)
+    async def waits() -> None:
+        if way == "anyio":
+            await anyio.to_thread.run_sync(held.acquire, abandon_on_cancel=True)
+        elif way == "to_thread":
+            await asyncio.to_thread(held.acquire)
+        else:
+            await asyncio.get_running_loop().run_in_executor(None, held.acquire)
+
+    try:
+        with pytest.raises(Deadlock) as found:
+            waits()
+    finally:
+        held.release()
+    assert "acquire" in str(found.value).partition("\n")[0]
+    assert "await " in str(found.value)  # the line from which it was called
