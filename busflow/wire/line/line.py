@@ -340,10 +340,7 @@ class Line:
 
     def _is_own(self) -> bool:
         """Return whether the descriptor is still this socket, which a plugin may have closed."""
-        try:
-            return os.fstat(self._socket.fileno()).st_ino == self._inode
-        except OSError:
-            return False
+        return is_own(self._socket, self._inode)
 
     def _end(self, why: Exception | None) -> None:
         """End the line; every intake learns it behind the messages that have arrived."""
@@ -368,3 +365,11 @@ class Line:
         self._by_head.clear()
         for intake in intakes.values():
             intake.end()
+
+
+def is_own(opened: socket.socket, inode: int) -> bool:
+    """Return whether the descriptor is still that of this file, which a plugin may have closed."""
+    try:
+        return os.fstat(opened.fileno()).st_ino == inode
+    except OSError:
+        return False

@@ -18,7 +18,7 @@ from busflow import clock
 from busflow.runner.own_process import call_in_children
 from busflow.wire.line.arena import Arena, Pieces, Stored
 from busflow.wire.line.intake import Arrived, Intake
-from busflow.wire.line.line import Line
+from busflow.wire.line.line import Line, is_own
 from busflow.wire.line.packets import Wanted
 from busflow.wire.line.route import Route
 from busflow.wire.zenoh.sender import LARGE
@@ -64,6 +64,7 @@ class Lines:
         self._directory, self._session, self._on_route, self._log = directory, session, on_route, log
         self._type = socket.SOCK_SEQPACKET if has_packets else socket.SOCK_STREAM
         self._listener: socket.socket | None = None
+        self._inode = 0
         self._spare = -1
         """A descriptor that is given up for a moment where no other is left."""
         self._lines: list[Line] = []
@@ -105,7 +106,7 @@ class Lines:
             if listener is not None:
                 listener.close()
             return
-        self._listener = listener
+        self._listener, self._inode = listener, os.fstat(listener.fileno()).st_ino
         asyncio.get_running_loop().add_reader(listener, self._accept)
 
     def receive(
@@ -175,7 +176,7 @@ class Lines:
         """Close all lines, and accept no more."""
         if self._listener is not None:
             asyncio.get_running_loop().remove_reader(self._listener)
-            self._listener.close()
+            (self._listener.close if is_own(self._listener, self._inode) else self._listener.detach)()
             self._listener = None
             with suppress(OSError):
                 os.close(self._spare)

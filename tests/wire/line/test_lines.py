@@ -415,6 +415,21 @@ async def test_a_file_with_the_number_of_a_lost_line_stays_open(ends, tmp_path: 
     assert (tmp_path / "file").read_bytes() == b""
 
 
+@on_a_loop
+async def test_who_has_lost_its_listening_socket_has_no_new_line_and_keeps_the_others(ends):
+    writer, reader, late = ends("aaaaaaaa01"), ends("bbbbbbbb02"), ends("cccccccc03")
+    reader.receive(writer)
+    writer.lines.read()
+    os.close(writer.lines._listener.fileno())
+    assert late.receive(writer) is None
+    assert "Connection refused" in late.lines.refusals[writer.session]
+    writer.lines.read()
+    writer.send(b"x")
+    await turn(lambda: reader.arrived)
+    assert writer.lines.routes(KEY)
+    assert [level for level, _ in writer.log] == []
+
+
 def descriptor_of(writer: Process, reader: Process) -> int:
     """Return the descriptor of the writer's end of the only line."""
     path = f"~{writer.session[:8]}"
