@@ -154,10 +154,11 @@ class Bag:
     @property
     def incomplete(self) -> tuple[str, ...]:
         """The reasons why the recording is incomplete; empty if nothing is missing, as far as it has been read."""
-        reasons = [] if self.unfinished is None else [self.unfinished.reason]
+        known = "" if self.unfinished is None else self.unfinished.reason
+        reasons = [known] if known else []
         for each in self.series:
             file = "" if len(self.series) == 1 else f"{each.files[0].path.name}: "
-            reasons += [file + reason for reason in each.incomplete()]
+            reasons += [file + reason for reason in each.incomplete() if reason not in known]
         return tuple(reasons)
 
     @property
@@ -191,7 +192,7 @@ class Bag:
         self.files = tuple(self._kept_open.enter_context(closing(RosbagsFile(*part))) for part in parts)
 
     def _files(self, paths: Sequence[Path]) -> tuple[BagFile, ...]:
-        """Return the files of a directory; that of a process killed before it recorded anything may be no recording.
+        """Return the files of a directory; a part may be gone, and a process killed before it recorded anything.
 
         Raises:
             BagError: One is no recording, and the others cannot be read without it.
@@ -204,7 +205,7 @@ class Bag:
             except BagError as error:
                 refused = refused or error
         if refused is not None:
-            if not any(_process(each) for each in files):
+            if not any(_process(each) or PART in each.metadata for each in files):
                 raise refused
             reason = f"{Path(refused.file or '').name}: {refused.reason}"
             self.unfinished = self.unfinished or BagError(reason, file=str(self.path))

@@ -107,7 +107,8 @@ class Series:
         words = [file.metadata[LEDGER] for file in self.files if LEDGER in file.metadata]
         if not words or (self.parts[-1] is not None and LEDGER not in self.files[-1].metadata):
             return None
-        return ledger_of(joined(words))
+        found = ledger_of(joined(words))
+        return found if len(words) == len(self.files) else replace(found, recorded=None)
 
     @property
     def before(self) -> int:

@@ -81,9 +81,11 @@ class McapCopy:
         if self._is_cut and ledger:
             ledger["recorded"] = str(self._recorded)
         some_parts = len(bag.files) > 1 and not all(each.whole for each in bag.series)
-        if some_parts or bag.damage is not None:
-            partial = "only some parts were converted" if bag.damage is None else bag.damage.what
-            ledger |= {"complete": "false", "recovered": ledger.get("recovered") or partial}
+        lacking = bag.unfinished.reason if bag.unfinished is not None and ledger else ""
+        known = lacking if bag.damage is None else bag.damage.what
+        if some_parts or known:
+            why = ledger.get("recovered") or known or "only some parts were converted"
+            ledger |= {"complete": "false", "recovered": why}
         if ledger:
             self._writer.add_metadata(LEDGER, ledger)
         self._writer.finish()

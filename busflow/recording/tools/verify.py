@@ -234,11 +234,13 @@ def _examine_type(channel: Channel, found: Examination) -> None:
 
 def _examine_account(bag: Bag, found: Examination, counts: Sequence[int]) -> None:
     """Compare the ledgers with the messages that are there."""
-    if bag.unfinished is not None and len(bag.series) > 1:
-        found.add(FindingKind.INCOMPLETE, "unfinished", bag.unfinished.reason)
+    known = "" if bag.unfinished is None else bag.unfinished.reason
+    if known:
+        found.add(FindingKind.INCOMPLETE, "unfinished", known)
     for number, series in enumerate(bag.series):
         for kind, code, message in _contradictions(series, counts[number]):
-            found.add(kind, code, _prefix(bag, number) + message)
+            if message not in known:
+                found.add(kind, code, _prefix(bag, number) + message)
 
 
 def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, str, str]]:
@@ -252,7 +254,8 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, s
         yield FindingKind.WRONG if code == "ledger" else FindingKind.INCOMPLETE, code, text
     if len(series.files) > 1 and not series.whole:
         yield FindingKind.INCOMPLETE, "unfinished", "parts of it are missing"
-    partly = series.reason or series.cut or not series.whole or (series.facts and series.facts.recorded_by)
+    partly = unfinished or series.reason or series.cut or not series.whole
+    partly = partly or (series.facts and series.facts.recorded_by)
     if ledger is not None and not missing and not partly:  # else there are only the run's counts
         published = _published(ledger, elsewhere=bool(series.facts and series.facts.process))
         for name, count in series.counts_by_topic().items():

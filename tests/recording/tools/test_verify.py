@@ -1,14 +1,20 @@
 """What a recording says of itself is held against what is there."""
 
+import os
+import shutil
+from pathlib import Path
 from struct import pack
 
 import pytest
 from mcap.writer import CompressionType, Writer
 
+from busflow import Node, publisher, timer
+from busflow.msgs.std_msgs import Int64
 from busflow.recording.bag.bag import Bag
 from busflow.recording.mcap.chunks import Chunk
 from busflow.recording.mcap.contents import Contents
 from busflow.recording.tools.verify import examine
+from busflow.testing import harness, virtual_time
 from tests.recording.conftest import write_numbers
 
 
@@ -170,3 +176,51 @@ def test_verify_agrees_with_info(tmp_path, ledger):
     path = write(tmp_path / "a.mcap", (1, TRUE), (2, TRUE), ledger=ledger)
     with Bag(path) as bag:
         assert "; ".join(bag.incomplete) == found_in(path)[1]
+
+
+@pytest.fixture(scope="module")
+def split(tmp_path_factory):
+    """A recording in at least four parts, as its run has written it."""
+    path = tmp_path_factory.mktemp("split") / "run"
+    virtual_time(_record_parts)(path)
+    assert len(list(path.glob("*.mcap"))) >= 4
+    return path
+
+
+class Counter(Node):
+    numbers = publisher(Int64, "numbers")
+
+    @timer(0.1)
+    def count(self) -> None:
+        self.numbers.publish(Int64(data=1))
+
+
+async def _record_parts(path):
+    async with harness(Counter, record={"to": f"{path}.mcap", "split": {"duration": "2s"}}) as lab:
+        await lab.advance(8)
+
+
+@pytest.mark.parametrize("described", [True, False], ids=["metadata", "no metadata"])
+@pytest.mark.parametrize(
+    "change", [Path.unlink, lambda part: os.truncate(part, 0), lambda part: os.truncate(part, 1500)]
+)
+@pytest.mark.parametrize("number", [0, 1, -1])
+def test_recording_without_one_of_its_parts_is_incomplete(split, tmp_path, number, change, described):
+    path = tmp_path / "run"
+    shutil.copytree(split, path)
+    change(sorted(path.glob("*.mcap"))[number])
+    if not described:
+        (path / "metadata.yaml").unlink()
+    with Bag(path) as bag:
+        kinds = {each.kind.value for each in examine(bag).findings}
+        assert (kinds, bag.complete) == ({"incomplete"}, False)
+
+
+def test_recording_without_its_metadata_is_incomplete(split, tmp_path):
+    path = tmp_path / "run"
+    shutil.copytree(split, path)
+    assert found_in(path) == ([], "")
+    (path / "metadata.yaml").unlink()
+    codes, text = found_in(path)
+    assert codes == [("incomplete", "unfinished")]
+    assert "metadata.yaml" in text
