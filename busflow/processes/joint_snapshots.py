@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.errors import BagError, IncompleteRecording, NotRunning
 from busflow.recording.bag.rosbag2_metadata import describe_recordings
@@ -22,8 +22,17 @@ if TYPE_CHECKING:
     from busflow.processes.shares import Shares
     from busflow.runner.graph import Graph
 
-StartWriting = Callable[[str, Path, str], bool]
-"""Makes a process write its last moments to a file, for a reason; returns False if the process does not run."""
+
+class Writers(Protocol):
+    """The processes that write their last moments."""
+
+    def is_running(self, process: str) -> bool:
+        """Return whether a process can write its last moments."""
+        ...
+
+    def start_snapshot(self, process: str, path: Path, reason: str, lacking: str) -> None:
+        """Make a process write its last moments to a file, which also says in words what other processes have lost."""
+        ...
 
 
 @dataclass(slots=True)
@@ -36,17 +45,19 @@ class _Pending:
     """The processes that have not reported yet."""
     reports: dict[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     lost: list[str] = field(default_factory=list[str])
-    """The processes without a file."""
+    """The moments that no file has, in words."""
 
 
 class JointSnapshots(Extension):
     """Decides when all processes write their last moments, and collects what they have written."""
 
-    def __init__(self, graph: Graph, spec: RecordSpec, shares: Shares, start_writing: StartWriting) -> None:
-        self._graph, self._spec, self._shares, self._start_writing = graph, spec, shares, start_writing
+    def __init__(self, graph: Graph, spec: RecordSpec, shares: Shares, writers: Writers) -> None:
+        self._graph, self._spec, self._shares, self._writers = graph, spec, shares, writers
         self._log = graph.log.bind("busflow")
         self._path: Path | None = None
         self._number = 0
+        self._ended_ns: dict[str, int] = {}
+        """The time at which a process ended last, by process."""
         self._failures = FailureSnapshots(self._log, self.snapshot)
         self._lock = threading.Lock()  # reports come in the threads that read the processes' pipes
         self._pending: dict[str, _Pending] = {}
@@ -81,15 +92,28 @@ class JointSnapshots(Extension):
             directory.mkdir()
         except OSError as error:
             raise refusal(directory, error) from None
-        made = _Pending(directory, reason, set(self._shares.processes))
+        running = tuple(filter(self._writers.is_running, self._shares.processes))
+        made = _Pending(directory, reason, set(running), lost=list(self._lost(running)))
         with self._lock:
             self._pending[str(directory)] = made
             self._reports[directory] = _joined(made, written=False)
         self._log.info(f"the last moments are written to {printable(directory)}", reason=reason)
-        for process in self._shares.processes:
-            if not self._start_writing(process, directory / f"{self._shares.stems[process]}.mcap", reason):
-                self.lose(process)
+        lacking = "; ".join(made.lost)
+        for process in running:
+            file = directory / f"{self._shares.stems[process]}.mcap"
+            self._writers.start_snapshot(process, file, reason, lacking)
+        self._finish_ready()
         return _joined(made, written=False)
+
+    def _lost(self, running: Sequence[str]) -> Iterator[str]:
+        """Yield in words the last moments that ended with a process."""
+        window_ns = 0 if self._spec.snapshot is None else round(self._spec.snapshot.window_s * 1e9)
+        since_ns = self._graph.clock.monotonic_ns() - window_ns
+        for process in self._shares.processes:
+            if process not in running:
+                yield f"there is nothing of the process {process}"
+            elif self._ended_ns.get(process, since_ns) > since_ns:
+                yield f"the moments of the process {process} before its restart are lost"
 
     def fail(self, reason: str) -> None:
         """Write the last moments before a failure."""
@@ -106,12 +130,13 @@ class JointSnapshots(Extension):
         self._finish_ready()
 
     def lose(self, process: str) -> None:
-        """Stop waiting for a process that has ended."""
+        """Stop waiting for a process that has ended; its last moments are gone."""
+        self._ended_ns[process] = self._graph.clock.monotonic_ns()
         with self._lock:
             for pending in self._pending.values():
                 if process in pending.waiting:
                     pending.waiting.discard(process)
-                    pending.lost.append(process)
+                    pending.lost.append(f"the process {process} ended before its file was whole")
         self._finish_ready()
 
     def finish(self) -> None:
@@ -133,7 +158,7 @@ class JointSnapshots(Extension):
         for each in ready:
             found = _joined(each, written=True)
             try:
-                describe_recordings(each.directory)
+                describe_recordings(each.directory, lacking="; ".join(each.lost))
             except (BagError, OSError) as error:
                 found = replace(found, complete=False, why=found.why or str(error))
             with self._lock:
@@ -157,8 +182,7 @@ class JointSnapshots(Extension):
 def _joined(pending: _Pending, *, written: bool) -> SnapshotReport:
     """Return the report of a snapshot, from the reports of its files."""
     reports = pending.reports.values()
-    why = [f"there is nothing of the process {process}" for process in pending.lost]
-    why += [f"{process}: {report['why']}" for process, report in pending.reports.items() if report["why"]]
+    why = [f"{process}: {report['why']}" for process, report in pending.reports.items() if report["why"]]
     return SnapshotReport(
         path=str(pending.directory),
         reason=pending.reason,
@@ -167,5 +191,5 @@ def _joined(pending: _Pending, *, written: bool) -> SnapshotReport:
         missed=sum(int(each["missed"]) for each in reports),
         written=written,
         complete=written and not pending.lost and all(each["complete"] for each in reports),
-        why="; ".join(why),
+        why="; ".join(pending.lost + why),
     )

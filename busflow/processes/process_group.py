@@ -111,7 +111,7 @@ class ProcessGroup(Extension):
         else:
             from busflow.processes.joint_snapshots import JointSnapshots
 
-            self._snapshots = JointSnapshots(self._graph, record, self._shares, self._start_snapshot)
+            self._snapshots = JointSnapshots(self._graph, record, self._shares, self)
 
     def _prepare_membership(self) -> None:
         self._directory: RunDirectory | None = None
@@ -147,13 +147,18 @@ class ProcessGroup(Extension):
                 )
                 graph.attach(self._own_snapshots)
 
-    def _start_snapshot(self, process: str, path: Path, reason: str) -> bool:
-        """Make a process write its last moments; return False if it does not run."""
-        if process == self._main and self._own_snapshots is not None:
-            self._own_snapshots.write(path, reason)
-            return True
+    def is_running(self, process: str) -> bool:
+        """Return whether a process can write its last moments."""
         worker = self._by_name.get(process)
-        return worker is not None and worker.send_command(snapshot={"path": str(path), "reason": reason})
+        return process == self._main if worker is None else worker.reads_commands
+
+    def start_snapshot(self, process: str, path: Path, reason: str, lacking: str) -> None:
+        """Make a process write its last moments to a file, which also says in words what other processes have lost."""
+        worker = self._by_name.get(process)
+        if worker is not None:
+            worker.send_command(snapshot={"path": str(path), "reason": reason, "lacking": lacking})
+        elif self._own_snapshots is not None:
+            self._own_snapshots.write(path, reason, lacking)
 
     def on_snapshot(self, worker: WorkerProcess, message: Mapping[str, Any]) -> None:
         """React to a process's message about a snapshot: it wants one, or it has written its file."""

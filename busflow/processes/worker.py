@@ -108,7 +108,7 @@ class _Commands:
                         os.kill(os.getpid(), signal.SIGTERM)
                     elif self.snapshots is not None:
                         snapshot = command["snapshot"]
-                        self.snapshots.write(Path(snapshot["path"]), str(snapshot["reason"]))
+                        self.snapshots.write(Path(snapshot["path"]), snapshot["reason"], snapshot["lacking"])
         os.kill(os.getpid(), signal.SIGTERM)
 
     def stop(self, course: Course) -> None:

@@ -244,9 +244,14 @@ class WorkerProcess(Restarting):
         if not self.send_command(end=int(code)) and self.child is not None:  # it does not read commands yet
             self.child.terminate()
 
+    @property
+    def reads_commands(self) -> bool:
+        """Whether the process runs and has begun to read commands."""
+        return self.child is not None and self.state is not WorkerState.STARTING and self._last_message_s is not None
+
     def send_command(self, **values: Any) -> bool:
         """Send a command to the process, such as one for a snapshot; return False if it does not run."""
-        if self.child is None or self.state is WorkerState.STARTING or self._last_message_s is None:
+        if self.child is None or not self.reads_commands:
             return False
         self.child.send(json.dumps(values).encode() + b"\n")
         return True

@@ -1,12 +1,16 @@
 """Snapshots of runs of several processes, for real: a directory with the last moments of each process."""
 
 import json
+import signal
+import subprocess
+import sys
 
 import pytest
 
 from busflow.cli import main
 from busflow.msgs.std_msgs import Int64
 from busflow.recording.bag.bag import Bag
+from tests.processes.conftest import PATIENCE_S
 
 RUN = """
 name: shot
@@ -65,6 +69,58 @@ def test_processes_write_asked_snapshots_and_moments_of_a_death(start, monkeypat
     assert killed["why"].endswith(" far")
     with Bag(run.folder / "rec-003") as bag:
         assert [each.facts.process for each in bag.series] == ["main"], "the moments of the others"
+
+
+LACKS = "there is nothing of the process far"
+
+
+def state_of(path, capsys):
+    """The exit code and codes of findings of `bag verify`, and the reasons of `bag info`."""
+    code = main(["bag", "verify", str(path), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert main(["bag", "info", str(path), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["complete"], found["complete"]) == (not told["incomplete_because"], not told["incomplete_because"])
+    return code, [each["code"] for each in found["findings"]], told["incomplete_because"]
+
+
+@pytest.mark.long
+def test_snapshot_without_a_killed_process_is_incomplete(start, monkeypatch, capsys):
+    run = run_of(start, restart="on-failure", after="1ms")
+    run.wait_for("received enough")
+    run.kill("far")
+    run.wait_for("rec-001 is incomplete")
+    run.wait_for("the process far runs", times=2)
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    assert main(["bag", "snapshot", "--run", "shot", "--json"]) == 5
+    later = json.loads(capsys.readouterr().out)
+    assert run.end() == 130
+    folder, whole = run.folder / "rec-001", run.folder / "one.mcap"
+    assert LACKS in (folder / "metadata.yaml").read_text()
+    assert main(["bag", "convert", str(folder), str(whole), "--to", "mcap"]) == 0
+    capsys.readouterr()
+    for path, reason in ((folder, LACKS), (folder / "main.mcap", LACKS), (whole, f"it was recovered: {LACKS}")):
+        assert state_of(path, capsys) == (5, ["unfinished"], [reason])
+    # The process runs again, and its former life's moments are within the window.
+    reason = "the moments of the process far before its restart are lost"
+    assert later["why"] == reason
+    code, codes, reasons = state_of(run.folder / "rec-002", capsys)
+    assert (code, set(codes), reasons) == (5, {"unfinished"}, [reason])
+
+
+@pytest.mark.long
+def test_snapshot_of_a_process_killed_while_it_writes_is_incomplete(start, monkeypatch, capsys):
+    run = run_of(start, restart="on-failure", after="1ms")
+    run.wait_for("received enough")
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    run.kill("far", signal.SIGSTOP)
+    with subprocess.Popen([sys.executable, "-m", "busflow", "bag", "snapshot", "--run", "shot"]) as asked:
+        run.wait_for("the last moments are written to")
+        run.kill("far")
+        assert asked.wait(PATIENCE_S) == 5
+    assert run.end() == 130
+    code, codes, reasons = state_of(run.folder / "rec-001", capsys)
+    assert (code, set(codes), reasons) == (5, {"unfinished"}, ["the process far ended before its file was whole"])
 
 
 @pytest.mark.long

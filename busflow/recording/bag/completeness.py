@@ -36,6 +36,8 @@ def shortfalls(ledger: RunOutcome | None, *, unfinished: bool, gaps: int, there:
         yield Shortfall("missed", f"the recorder could not keep up with {counted(ledger.missed, 'message')}")
     if ledger.recovered is not None:
         yield Shortfall("unfinished", f"it was recovered: {ledger.recovered}")
+    elif ledger.lacking:
+        yield Shortfall("unfinished", ledger.lacking)
     elif not ledger.complete and not ledger.missed:
         yield Shortfall("unfinished", "its recorder says so")
     if gaps:

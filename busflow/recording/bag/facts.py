@@ -23,6 +23,9 @@ LAUNCH_FILE = "launch.yaml"
 LATER_PUBLISHERS = "later_publishers"
 """The key in the ledger of the nodes, by topic, that came after their channel was written; left out if none did."""
 
+LACKING = "lacking"
+"""The key in the ledger of losses before the recorder, in words, e.g. of a killed process; left out without any."""
+
 NONE_LATER: Mapping[str, Sequence[str]] = {}
 
 _VERSIONS = ("busflow", "python")
@@ -123,6 +126,8 @@ class RunOutcome:
     """The statement of `busflow bag recover` about the damaged file."""
     continued: bool = False
     """True if another part follows."""
+    lacking: str = ""
+    """The losses before the recorder, in its words, e.g. that there is nothing of a killed process."""
 
     @property
     def topics(self) -> Iterator[Mapping[str, Any]]:
@@ -156,6 +161,7 @@ def ledger_of(metadata: Mapping[str, str]) -> RunOutcome:
         complete=metadata.get("complete") == "true",
         recovered=metadata.get("recovered"),
         continued=metadata.get("continued") == "true",
+        lacking=metadata.get(LACKING, ""),
     )
 
 

@@ -13,7 +13,7 @@ import yaml
 from busflow.errors import BagError
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.bag_file import Survey
-from busflow.recording.bag.rosbag2 import INFORMATION, METADATA
+from busflow.recording.bag.rosbag2 import INFORMATION, LACKING, METADATA
 from busflow.recording.bag.series import Series
 
 if TYPE_CHECKING:
@@ -43,15 +43,20 @@ def file_counts(series: Iterable[Series]) -> list[FileCounts]:
     return found
 
 
-def describe_recordings(directory: Path) -> None:
+def describe_recordings(directory: Path, *, lacking: str = "") -> None:
     """Write the `metadata.yaml` for busflow's own recordings in a directory.
+
+    Args:
+        directory: Where they are.
+        lacking: Losses that no file shows, in words, e.g. the last moments of a killed process.
 
     Raises:
         BagError: One of them cannot be read.
         OSError: It cannot be written.
     """
     with Bag(directory) as bag:
-        write_metadata(directory, file_counts(bag.series), qos=lambda channel: channel.qos or "")
+        custom = {LACKING: lacking} if lacking else None
+        write_metadata(directory, file_counts(bag.series), qos=lambda channel: channel.qos or "", custom=custom)
 
 
 def write_metadata(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import busflow
 from busflow.launchfile.yaml.block import text_of
 from busflow.launchfile.yaml.value import Value
-from busflow.recording.bag.facts import FACTS, LATER_PUBLISHERS, LAUNCH_FILE, LEDGER, NONE_LATER
+from busflow.recording.bag.facts import FACTS, LACKING, LATER_PUBLISHERS, LAUNCH_FILE, LEDGER, NONE_LATER
 from busflow.runner.planning.resolved import resolve
 
 if TYPE_CHECKING:
@@ -54,14 +54,28 @@ def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str 
 
 
 def ledger(
-    report: Mapping[str, Any], recorded: int, missed: int, later: Mapping[str, Sequence[str]] = NONE_LATER
+    report: Mapping[str, Any],
+    recorded: int,
+    missed: int,
+    later: Mapping[str, Sequence[str]] = NONE_LATER,
+    *,
+    lacking: str = "",
 ) -> MetadataRecord:
-    """Return the run's report at its end, how much of it was recorded, and publishers that the channels do not name."""
+    """Return the account of a recording.
+
+    Args:
+        report: the run's report at its end.
+        recorded: the number of recorded messages.
+        missed: the number of messages that could not be written.
+        later: the publishers that the channels do not name.
+        lacking: the losses before the recorder, in words; empty if it knows of none.
+    """
     return LEDGER, {
         "report": json.dumps(report),
         "recorded": str(recorded),
         "missed": str(missed),
-        "complete": "false" if missed else "true",
+        "complete": "false" if missed or lacking else "true",
+        **({LACKING: lacking} if lacking else {}),
         **({LATER_PUBLISHERS: json.dumps(later)} if later else {}),
     }
 

@@ -96,10 +96,16 @@ class RecordingFile:
         self._writer.cut()
 
     def conclude(
-        self, report: Mapping[str, Any], recorded: int, missed: int, later: Mapping[str, Sequence[str]] = NONE_LATER
+        self,
+        report: Mapping[str, Any],
+        recorded: int,
+        missed: int,
+        later: Mapping[str, Sequence[str]] = NONE_LATER,
+        *,
+        lacking: str = "",
     ) -> None:
-        """Write the account of the run, publishers that channels do not name, and the summary: nothing may follow."""
-        self._writer.add_metadata(*ledger(report, recorded, missed, later))
+        """Write the account of the run, as `ledger` takes it, and the summary: nothing may follow."""
+        self._writer.add_metadata(*ledger(report, recorded, missed, later, lacking=lacking))
         self._writer.finish()
 
     def cut_off(self) -> None:
@@ -228,10 +234,17 @@ class SplitFile(RecordingFile):
         self._latched.setdefault(message.publisher, deque(maxlen=depth)).append(message)
 
     def conclude(
-        self, report: Mapping[str, Any], recorded: int, missed: int, later: Mapping[str, Sequence[str]] = NONE_LATER
+        self,
+        report: Mapping[str, Any],
+        recorded: int,
+        missed: int,
+        later: Mapping[str, Sequence[str]] = NONE_LATER,
+        *,
+        lacking: str = "",
     ) -> None:
         """Write the account of the run, with the counts of this part, and the summary."""
-        super().conclude(report, recorded - self._recorded_before, missed - self._missed_before, later)
+        recorded, missed = recorded - self._recorded_before, missed - self._missed_before
+        super().conclude(report, recorded, missed, later, lacking=lacking)
 
     def _is_full(self, time_ns: int) -> bool:
         size, duration_s, first_ns = self._split.size, self._split.duration_s, self._first_ns or 0

@@ -118,8 +118,8 @@ class SnapshotRecorder(Extension):
         path, self._number = numbered(self._path, self._number + 1)
         return self._write_to(path, reason)
 
-    def _write_to(self, path: Path, reason: str) -> SnapshotReport:
-        """Write the last moments to a file.
+    def _write_to(self, path: Path, reason: str, lacking: str = "") -> SnapshotReport:
+        """Write the last moments to a file; `lacking` says in words what other processes have lost.
 
         Raises:
             RecordingRefused: it cannot be made.
@@ -134,6 +134,7 @@ class SnapshotRecorder(Extension):
                 tracks=self._capture.tracks,
                 number=self._sequence + 1,
                 threaded=self._clock.kind == "system" and not self._is_over,
+                lacking=lacking,
             )
             self._open.append(file)
             self._reports[path] = file.report()

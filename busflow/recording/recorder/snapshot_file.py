@@ -27,7 +27,16 @@ class SnapshotFile:
     """
 
     def __init__(
-        self, path: Path, reason: str, kept: LastMoments, *, make: MakeFile, tracks: Tracks, number: int, threaded: bool
+        self,
+        path: Path,
+        reason: str,
+        kept: LastMoments,
+        *,
+        make: MakeFile,
+        tracks: Tracks,
+        number: int,
+        threaded: bool,
+        lacking: str = "",
     ) -> None:
         """Make the file, and begin to write what is kept into it.
 
@@ -39,12 +48,13 @@ class SnapshotFile:
             tracks: what is captured; those with a publisher are in the file, also without a message.
             number: the number of the next message.
             threaded: whether a thread writes, so that nothing waits for the disk.
+            lacking: the losses of other processes, in words.
 
         Raises:
             RecordingRefused: the file cannot be made.
         """
         self.path: Path = path
-        self._reason, self._threaded = reason, threaded
+        self._reason, self._threaded, self._lacking = reason, threaded, lacking
         recent, older = list(kept), kept.latched()
         self._first = recent[0].sequence if recent else number
         self._first_ns = self._last_ns = recent[0].time_ns if recent else 0
@@ -84,7 +94,9 @@ class SnapshotFile:
         self.is_concluded = True
         recorded = self._recorded
         self._missed = last + 1 - self._first - recorded
-        self._is_whole = self._spool.do(lambda file: file.conclude(report, recorded, self._missed))
+        self._is_whole = self._spool.do(
+            lambda file: file.conclude(report, recorded, self._missed, lacking=self._lacking)
+        )
 
     def close(self, on_written: Callable[[SnapshotFile], None]) -> None:
         """Write what waits and close the file, without waiting for it; then call, on the event loop."""

@@ -49,7 +49,7 @@ class SnapshotShare(SnapshotRecorder):
         """
         super().__init__(graph, share.spec, snapshot, share)
         self._want, self._on_report, self._process = want, on_report, share.process
-        self._orders: deque[tuple[Path, str]] = deque()
+        self._orders: deque[tuple[Path, str, str]] = deque()
         self._ordered = threading.Event()
         self._is_waiting = False
 
@@ -80,9 +80,9 @@ class SnapshotShare(SnapshotRecorder):
         """Return no section: another extension has the snapshots of all processes."""
         return {}
 
-    def write(self, path: Path, reason: str) -> None:
-        """Write the last moments to a new file; called in any thread."""
-        self._orders.append((path, reason))
+    def write(self, path: Path, reason: str, lacking: str = "") -> None:
+        """Write the last moments to a new file, and what other processes have lost; called in any thread."""
+        self._orders.append((path, reason, lacking))
         self._ordered.set()
         with suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(self._obey)
@@ -91,9 +91,9 @@ class SnapshotShare(SnapshotRecorder):
         """Write what is ordered."""
         self._is_waiting = self._is_waiting and not self._orders
         while self._orders:
-            path, reason = self._orders.popleft()
+            path, reason, lacking = self._orders.popleft()
             try:
-                self._write_to(path, reason)
+                self._write_to(path, reason, lacking)
             except RecordingRefused as error:
                 self._on_report(
                     SnapshotReport(str(path), reason, 0.0, 0, 0, written=True, complete=False, why=str(error))
