@@ -36,16 +36,6 @@ def run_graph(
         NodeFailed: a node failed.
     """
 
-    async def main() -> None:
-        guard.precede_loop()
-        await graph.start()
-        if for_s is not None:
-            with anyio.move_on_after(for_s):
-                await graph.wait()
-            await graph.clock.settle()
-            await graph.stop()
-        await graph.wait()
-
     def ask_to_stop(code: ExitCode) -> None:
         leave_threads()
         graph.course.ask_to_stop_from_thread(code)
@@ -65,13 +55,24 @@ def run_graph(
         leave_threads = getattr(loop, "leave_threads", bool)  # virtual time waits for threads
         orphans = OrphanTasks.of(loop) or OrphanTasks(loop)
         try:
-            runner.run(main())
+            runner.run(_course(graph, guard, for_s))
         finally:  # what still works in threads of its own does not keep the program from ending
             guard.count_down(graph.exit_code)
     for orphan in orphans.end():
         graph.course.give_up(orphan)
     graph.check()
     return graph.exit_code
+
+
+async def _course(graph: Graph, guard: SignalGuard, for_s: float | None) -> None:
+    guard.precede_loop()
+    await graph.start()
+    if for_s is not None:
+        with anyio.move_on_after(for_s):
+            await graph.wait()
+        await graph.clock.settle()
+        await graph.stop()
+    await graph.wait()
 
 
 class _Program(Extension):

@@ -64,7 +64,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 def _leave(session: pytest.Session) -> None:
     if any(thread.is_alive() for thread in own_process.hanging):
-        atexit._run_exitfuncs()  # noqa: SLF001
+        atexit._run_exitfuncs()  # noqa: SLF001  # os._exit runs none of them
         sys.stdout.flush()
         os._exit(int(session.exitstatus))
 
