@@ -20,6 +20,7 @@ from busflow.bus.statistics import (
     TimerStatistics,
     TopicStatistics,
     added,
+    reasons_text,
 )
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import Trigger
@@ -145,3 +146,7 @@ def test_services_and_timers_of_two_processes_add_up_by_name():
 def test_statistics_cannot_be_changed():
     with pytest.raises(FrozenInstanceError):
         LINE.published = 0
+
+
+def test_reasons_are_listed_with_their_counts():
+    assert reasons_text({"link": 2, "end": 1}) == "2 link, 1 end"
