@@ -419,6 +419,15 @@ class TestFailingImport:
         write("camera.py", f"from . import helper\n{NODE.format(name='Camera')}    step = helper.STEP\n")
         assert vars(plugins.load("camera", [folder]))["step"] == "two"
 
+    def test_a_neighbour_imported_by_its_own_name_is_reread(
+        self, write: Write, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ):
+        write("own_neighbour.py", "STEP = 1\n")
+        write("camera.py", "import own_neighbour\nraise ValueError\n")
+        monkeypatch.syspath_prepend(folder)
+        failure("camera", folder)
+        assert "own_neighbour" not in sys.modules
+
     def test_a_failure_leaves_what_was_loaded_before(self, write: Write, folder: Path):
         write("helper.py", NODE.format(name="Helper"))
         write("camera.py", "from . import helper\nraise ValueError\n")
