@@ -80,12 +80,10 @@ class McapCopy:
             ledger.pop("continued", None)
         if self._is_cut and ledger:
             ledger["recorded"] = str(self._recorded)
-        some_parts = len(bag.files) > 1 and not all(each.whole for each in bag.series)
-        lacking = bag.unfinished.reason if bag.unfinished is not None and ledger else ""
-        known = lacking if bag.damage is None else bag.damage.what
-        if some_parts or known:
-            why = ledger.get("recovered") or known or "only some parts were converted"
-            ledger |= {"complete": "false", "recovered": why}
+        cut_off = bag.damage is not None or any(each.unfinished for each in bag.files)
+        unlike = ledger and not bag.complete and (bag.unfinished is not None or ledger.get("complete") == "true")
+        if cut_off or unlike:
+            ledger |= {"complete": "false", "recovered": ledger.get("recovered") or "; ".join(bag.incomplete)}
         if ledger:
             self._writer.add_metadata(LEDGER, ledger)
         self._writer.finish()
@@ -101,14 +99,12 @@ class McapCopy:
 
 
 def _of_all(bag: Bag) -> dict[str, str]:
-    """Return the ledger of a recording of several processes, which says of itself why it is not complete."""
+    """Return the ledger of a complete recording of several processes."""
     ledger = bag.ledger
     words = {"report": json.dumps(dict(bag.report)), "missed": str(ledger.missed if ledger else 0)}
     if ledger is not None and ledger.recorded is not None:
         words["recorded"] = str(ledger.recorded + sum(each.repeated[0] for each in bag.series))
-    if bag.complete:
-        return {**words, "complete": "true"}
-    return {**words, "complete": "false", "recovered": "; ".join(bag.incomplete)}
+    return {**words, "complete": "true"}
 
 
 def _definition(channel: Channel) -> tuple[str, bytes]:

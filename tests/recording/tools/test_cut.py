@@ -4,6 +4,7 @@ Tests of `cut.py`, and of kept messages.
 """
 
 import json
+from itertools import product
 
 import pytest
 
@@ -11,10 +12,11 @@ from busflow import Node, QoS, subscription, timer
 from busflow.errors import IncompleteRecording
 from busflow.msgs.std_msgs import Int64, String
 from busflow.recording.bag.bag import Bag
+from busflow.recording.mcap.contents import Contents
 from busflow.recording.player.player import Player
 from busflow.recording.tools.convert import TargetFormat, convert
 from busflow.recording.tools.recover import recover
-from busflow.recording.tools.verify import examine
+from busflow.recording.tools.verify import FindingKind, examine
 from busflow.testing import harness, replay, virtual_time
 
 LATCHED = QoS(depth=2, durability="transient_local")
@@ -148,6 +150,42 @@ def test_a_part_of_a_damaged_recording_is_incomplete(run, tmp_path):
     run.write_bytes(run.read_bytes()[: run.stat().st_size // 2])
     with Bag(cut(run, tmp_path / "part.mcap", start=1)) as part:
         assert not part.complete
+
+
+def ends_of(path):
+    """The file without its footer, without its summary, and without its ledger either."""
+    data = path.read_bytes()
+    with Contents(path) as contents:
+        found = [each for each in contents if each.within is None]
+    at = {type(each.record).__name__: each.offset for each in found}
+    ledger = next(each.offset for each in found if getattr(each.record, "name", "") == "busflow.ledger")
+    summary = next(each.offset for each in found if each.offset > at["DataEnd"])
+    return [data[:end] for end in (at["Footer"], summary, at["DataEnd"], ledger)]
+
+
+@pytest.mark.parametrize("form", ["mcap", "ros2bag"])
+def test_a_recording_without_its_end_is_incomplete_in_each_conversion(run, tmp_path, form):
+    hows = ({}, {"start": 2}, {"end": 2}, {"start": 1, "end": 2}, {"topics": ["/count"]})
+    for number, (content, how) in enumerate(product(ends_of(run), hows)):
+        run.write_bytes(content)
+        with Bag(cut(run, tmp_path / str(number), form, **how)) as made:
+            assert not made.complete
+            assert {each.kind for each in examine(made).findings} == {FindingKind.INCOMPLETE}
+
+
+def test_a_split_recording_with_a_part_cut_off_is_incomplete_in_each_conversion(tmp_path):
+    @virtual_time
+    async def main():
+        record = {"to": str(tmp_path / "run"), "split": {"duration": "1s"}}
+        async with harness(Left, Right, Doubler, record=record) as lab:
+            await lab.advance(3.5)
+
+    main()
+    last = max((tmp_path / "run").glob("*.mcap"))
+    last.write_bytes(ends_of(last)[0])
+    for number, how in enumerate(({}, {"start": 2}, {"end": 2}, {"topics": ["/count"]})):
+        with Bag(cut(tmp_path / "run", tmp_path / f"{number}.mcap", **how)) as made:
+            assert not made.complete
 
 
 def test_a_replay_of_a_part_says_what_it_lacks(run, tmp_path):
