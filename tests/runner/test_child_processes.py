@@ -68,10 +68,10 @@ def folder(tmp_path):
     return tmp_path
 
 
-def run(folder: Path, command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+def run(folder: Path, command: str, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run to the end of the output, which any process that is left would hold."""
     return subprocess.run(
-        [sys.executable, "-m", *COMMANDS[command]],
+        [sys.executable, "-m", *COMMANDS[command], *words],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": "", "PYTEST_ADDOPTS": "", **environment},
         capture_output=True,
@@ -103,9 +103,7 @@ def test_no_child_outlives_the_command(command, folder):
 @pytest.mark.parametrize("command", ["run", "worker", "test", "pytest"])
 def test_a_child_with_a_session_of_its_own_is_named_once(command, folder):
     (folder / "plugins/parent.py").write_text(DETACHED)
-    if command == "pytest":
-        COMMANDS[command] = [*COMMANDS["pytest"], "-s"]
-    ended = run(folder, command)
+    ended = run(folder, command, *(["-s"] if command == "pytest" else []))
     lines = [line for line in (ended.stdout + ended.stderr).splitlines() if "goes on after the run" in line]
     assert (ended.returncode, len(lines)) == (0, 1), ended.stderr
     pid = next(int(word) for word in lines[0].split() if word.isdecimal())
@@ -113,10 +111,8 @@ def test_a_child_with_a_session_of_its_own_is_named_once(command, folder):
 
 
 def test_children_from_before_the_command_go_on(folder):
-    script = f"sleep 605 & exec {sys.executable} -m busflow run run.yaml --for 0.2s --log-format json"
-    ended = subprocess.run(
-        ["bash", "-c", script], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=60
-    )
+    script = f"sleep 605 >&- 2>&- & echo $!; exec {sys.executable} -m busflow run run.yaml --for 0.2s > run.log 2>&1"
+    ended = subprocess.run(["bash", "-c", script], cwd=folder, capture_output=True, text=True, timeout=60)
     left = sleepers(folder)
-    subprocess.run(["pkill", "-x", "-f", "sleep 605"], check=True)
+    os.kill(int(ended.stdout), signal.SIGKILL)
     assert (ended.returncode, left) == (0, ["sleep 605 "])
