@@ -1,5 +1,6 @@
 """A fresh interpreter finds what a plugin's file defines: a pool's process, and any that unpickles it."""
 
+import os
 import pickle
 import subprocess
 import sys
@@ -54,10 +55,11 @@ def folder(request, tmp_path):
 @pytest.mark.parametrize(
     "method", [each for each in ("spawn", "forkserver", "fork") if sys.platform != "win32" or each == "spawn"]
 )
-def test_a_pool_runs_a_function_of_the_file(method, folder, tmp_path):
+def test_a_pool_runs_a_function_of_the_file(method, folder, tmp_path, directory):
     (tmp_path / "pool.py").write_text(POOL)
     command = [sys.executable, "pool.py", str(folder), method]
-    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    env = {**os.environ, "TMPDIR": str(directory)}  # the server that forks has its socket there
+    ended = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=60)
     assert (ended.stdout, ended.returncode) == ("True 4.0 True\n", 0), ended.stderr
 
 

@@ -76,7 +76,7 @@ def test_source_named_like_a_plugin_says_how_to_run_it(tmp_path, monkeypatch):
 
 def test_thread_that_hangs_does_not_delay_the_end():
     code = "import threading; from busflow.runner.own_process import leave; "
-    code += "threading.Thread(target=threading.Event().wait).start(); leave(7)"
+    code += "threading.Thread(target=threading.Event().wait).start(); leave(7, set())"
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 7
 
 
