@@ -110,6 +110,7 @@ QUICK_ROUNDS = {
     "humanoid": ["--seconds", "2", "--processes", "1"],
     "inspection": ["--quick"],
     "recording": ["0.2"],
+    "recording_hour": ["0.1"],
     "ros2": ["--quick"],
     "virtual_time": ["--quick"],
 }

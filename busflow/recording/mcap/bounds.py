@@ -22,7 +22,7 @@ MOST_PACKED = 1000
 """The greatest ratio of a larger chunk's unpacked to its packed size."""
 
 MOST_SUMMARY = 256 << 20
-"""Bytes of the summary at the end of a file; that of a terabyte in small chunks has fewer."""
+"""Bytes of the summary at the end of a file; the writer leaves out the index of the chunks rather than exceed it."""
 
 MOST_DECLARED = 256 << 20
 """Bytes of schemas and channels in chunks, repeats included; all types of ROS 2 once take two million."""

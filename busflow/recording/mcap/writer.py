@@ -2,7 +2,7 @@
 
 Message records are built here, because they are most of a recording's cost; the package `mcap` builds the rarer ones.
 The same messages give the same bytes. This module reads no clock: its caller decides when a chunk that is not full goes
-to the file.
+to the file. Nothing in memory grows with the number of messages: the index of the chunks waits on the disk.
 """
 
 # The libraries that compress have no stubs.
@@ -14,10 +14,14 @@ import sys
 import zlib
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from io import BytesIO
+from pathlib import Path
 from struct import Struct
+from tempfile import SpooledTemporaryFile
 from typing import Any, Protocol, TypeAlias
 
-from mcap.data_stream import RecordBuilder
+from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
@@ -36,6 +40,7 @@ from mcap.records import (
 )
 
 from busflow.launchfile.model.description import Compression
+from busflow.recording.mcap.bounds import MOST_SUMMARY
 from busflow.recording.mcap.records import FRAME, MAGIC
 
 Part: TypeAlias = bytes | memoryview
@@ -48,12 +53,19 @@ CHUNK_BYTES = 128 * 1024
 LARGE = 32 * 1024
 """Parts of messages from this size on are neither copied nor joined with others."""
 
+_INDEX_BYTES = 1 << 20
+"""Up to this size the index of the chunks waits in memory: that of a short recording makes no file."""
+_BLOCK_BYTES = 1 << 16
+_OFFSETS_BYTES = 6 * (FRAME.size + 17)
+"""The size of the summary's own table of contents."""
+
 _MESSAGE = Struct("<BQHIQQ")
 _MESSAGE_HEAD = 22
 _CHUNK = Struct("<BQQQQII")
 _CHUNK_HEAD = 40
 _LENGTH = Struct("<Q")
 _INDEX = Struct("<BQHI")
+_INDEX_ENTRY = 16
 _SEQUENCES = (1 << 32) - 1
 """MCAP gives the number of a message 32 bits; after so many it begins anew."""
 
@@ -76,6 +88,8 @@ class McapWriter:
         library: str,
         compression: Compression = Compression.ZSTD,
         chunk_bytes: int = CHUNK_BYTES,
+        folder: Path | None = None,
+        most_summary: int = MOST_SUMMARY,
     ) -> None:
         """Begin a file.
 
@@ -84,29 +98,31 @@ class McapWriter:
             library: the name of the writing program in the file.
             compression: of the chunks.
             chunk_bytes: at which size a chunk is full, before it is compressed.
+            folder: where the index of a long recording waits, in a file without a name; by default the system's own.
+            most_summary: bytes of the summary, beyond which it leaves out the index of the chunks: readers refuse it.
         """
         self._file, self._compression, self._chunk_bytes = file, compression, chunk_bytes
         self._compress = compressor(compression)
         self.size: int = 0
         """Bytes of whole records that were handed to the file."""
-        self._handed: list[tuple[int, int]] = []
-        """For each chunk that was handed to the file its end there and its messages."""
+        self.written: int = 0
+        """The number of messages in the file."""
+        self._cuts = 0
+        """The number of chunks in the file."""
         self._check = 0
         """The CRC-32 of all that was written, by which a reader sees flipped bits outside the chunks too."""
         self._chunk = _Chunk()
         self._schemas: list[McapRecord] = []
         self._channels: list[McapRecord] = []
-        self._chunks: list[McapRecord] = []
+        self._index = SpooledTemporaryFile(_INDEX_BYTES, dir=folder and str(folder))  # noqa: SIM115  # it lives as long as the writer
+        """A `ChunkIndex` record for each chunk that was handed to the file."""
+        self._most_summary = most_summary
         self._attachments: list[McapRecord] = []
         self._metadata: list[McapRecord] = []
         self._counts: dict[int, int] = {}
         self._first: int | None = None
         self._last = 0
         self._write([MAGIC, _record(Header(PROFILE, library))])
-
-    def written(self, size: int | None = None) -> int:
-        """Return the number of messages in the file, or in its first bytes."""
-        return sum(count for end, count in self._handed if size is None or end <= size)
 
     @property
     def messages(self) -> int:
@@ -196,41 +212,90 @@ class McapWriter:
         start, index_start = self.size, self.size + FRAME.size + length
         indexes, offsets = chunk.indexes(index_start)
         self._write([head, word, _LENGTH.pack(size), *packed, *indexes])
-        self._handed.append((index_start, chunk.count))
-        self._chunks.append(
-            ChunkIndex(
-                chunk_length=FRAME.size + length,
-                chunk_start_offset=start,
-                compression=word.decode(),
-                compressed_size=size,
-                message_end_time=chunk.last,
-                message_index_length=self.size - index_start,
-                message_index_offsets=offsets,
-                message_start_time=chunk.first,
-                uncompressed_size=chunk.size,
-            )
+        self.written += chunk.count
+        self._cuts += 1
+        index = ChunkIndex(
+            chunk_length=FRAME.size + length,
+            chunk_start_offset=start,
+            compression=word.decode(),
+            compressed_size=size,
+            message_end_time=chunk.last,
+            message_index_length=self.size - index_start,
+            message_index_offsets=offsets,
+            message_start_time=chunk.first,
+            uncompressed_size=chunk.size,
         )
+        self._index.write(_record(index))
 
     def finish(self) -> None:
         """Write the summary, by which readers find their way; nothing may be added after it."""
         self.cut()
+        self._write(self._end())
+
+    def cut_off(self, size: int) -> None:
+        """Count only the messages in the first bytes of the file; nothing may be added after it."""
+        if size < self.size:
+            written, self.written = self.written, 0  # which it stays if the disk gives the index back no more
+            with suppress(OSError):
+                self.written = written - sum(_count(each) for each in self._indexes() if _end(each) > size)
+
+    def close(self) -> None:
+        """Give up the place where the index waits; nothing may be called after it."""
+        with suppress(OSError):  # a full disk: the writer has said so already
+            self._index.close()
+
+    def _end(self) -> Iterator[Part]:
+        """Yield the records from the end of the data on, those of the index in blocks as they lie on the disk."""
         end = _record(DataEnd(self._check))
-        start = self.size + len(end)
-        summary, offsets_start = _summary(
-            start,
-            (self._schemas, self._channels, [self._statistics()], self._chunks, self._attachments, self._metadata),
-        )
-        footer = Footer(summary_start=start, summary_offset_start=offsets_start, summary_crc=0)
-        check = zlib.crc32(_record(footer)[:-4], zlib.crc32(summary))
-        footer = Footer(summary_start=start, summary_offset_start=offsets_start, summary_crc=check)
-        self._write([end, summary, _record(footer), MAGIC])
+        yield end
+        start = at = self.size + len(end)
+        check, offsets = 0, b""
+        for opcode, parts in self._groups():
+            begin = at
+            for part in parts:
+                check = zlib.crc32(part, check)
+                at += len(part)
+                yield part
+            offsets += _record(SummaryOffset(group_opcode=opcode, group_start=begin, group_length=at - begin))
+        yield offsets
+        footer = Footer(summary_start=start, summary_offset_start=at, summary_crc=0)
+        footer.summary_crc = zlib.crc32(_record(footer)[:-4], zlib.crc32(offsets, check))
+        yield _record(footer)
+        yield MAGIC
+
+    def _groups(self) -> Iterator[tuple[Opcode, Iterable[bytes]]]:
+        """Yield the groups of the summary's records."""
+        before: list[tuple[Opcode, Sequence[McapRecord]]] = [
+            (Opcode.SCHEMA, self._schemas),
+            (Opcode.CHANNEL, self._channels),
+            (Opcode.STATISTICS, [self._statistics()]),
+        ]
+        after = [(Opcode.ATTACHMENT_INDEX, self._attachments), (Opcode.METADATA_INDEX, self._metadata)]
+        rest = sum(len(_record(each)) for _, group in (*before, *after) for each in group)
+        for opcode, group in before:
+            yield opcode, map(_record, group)
+        fits = rest + self._index.tell() <= self._most_summary - _OFFSETS_BYTES
+        yield Opcode.CHUNK_INDEX, self._index_blocks() if fits else ()
+        for opcode, group in after:
+            yield opcode, map(_record, group)
+
+    def _index_blocks(self) -> Iterator[bytes]:
+        self._index.seek(0)
+        while block := self._index.read(_BLOCK_BYTES):
+            yield block
+
+    def _indexes(self) -> Iterator[ChunkIndex]:
+        """Yield the index of each chunk that was handed to the file."""
+        self._index.seek(0)
+        while frame := self._index.read(FRAME.size):
+            yield ChunkIndex.read(ReadDataStream(BytesIO(self._index.read(FRAME.unpack(frame)[1]))))
 
     def _statistics(self) -> Statistics:
         return Statistics(
             attachment_count=len(self._attachments),
             channel_count=len(self._channels),
             channel_message_counts={channel: count for channel, count in self._counts.items() if count},
-            chunk_count=len(self._chunks),
+            chunk_count=self._cuts,
             message_count=self.messages,
             metadata_count=len(self._metadata),
             message_start_time=self._first or 0,
@@ -238,10 +303,11 @@ class McapWriter:
             schema_count=len(self._schemas),
         )
 
-    def _write(self, parts: Sequence[Part]) -> None:
-        size = sum(map(len, parts))
+    def _write(self, parts: Iterable[Part]) -> None:
+        size = 0
         for part in _joined(parts):
             left = memoryview(part)
+            size += len(left)
             self._check = zlib.crc32(left, self._check)
             while left:
                 left = left[self._file.write(left) :]
@@ -325,30 +391,14 @@ def _record(record: McapRecord) -> bytes:
     return builder.end()
 
 
-_GROUPS = (
-    Opcode.SCHEMA,
-    Opcode.CHANNEL,
-    Opcode.STATISTICS,
-    Opcode.CHUNK_INDEX,
-    Opcode.ATTACHMENT_INDEX,
-    Opcode.METADATA_INDEX,
-)
+def _count(index: ChunkIndex) -> int:
+    """Return the number of messages of a chunk: each has an entry in the index of its channel."""
+    return (index.message_index_length - _INDEX.size * len(index.message_index_offsets)) // _INDEX_ENTRY
 
 
-def _summary(start: int, groups: Sequence[Sequence[McapRecord]]) -> tuple[bytes, int]:
-    """Return the summary that begins at this offset, and where in the file its own table of contents begins."""
-    builder, offsets = RecordBuilder(), list[SummaryOffset]()
-    for opcode, records in zip(_GROUPS, groups, strict=True):
-        before = builder.count
-        for record in records:
-            record.write(builder)
-        offsets.append(
-            SummaryOffset(group_opcode=opcode, group_start=start + before, group_length=builder.count - before)
-        )
-    offsets_start = start + builder.count
-    for offset in offsets:
-        offset.write(builder)
-    return builder.end(), offsets_start
+def _end(index: ChunkIndex) -> int:
+    """Return where in the file a chunk ends."""
+    return index.chunk_start_offset + index.chunk_length
 
 
 Compressor: TypeAlias = Callable[[Sequence[Part], int], Sequence[Part]]

@@ -37,8 +37,6 @@ class Destination:
             raise refusal(path, error) from None
         self._inode = _inode(os.fstat(self._descriptor))
         self._size = 0
-        self.left: int | None = None
-        """The bytes that are left of a file to which nothing more can be written."""
 
     def write(self, data: memoryview) -> int:
         """Write to the end.
@@ -57,11 +55,12 @@ class Destination:
             raise OSError(errno.ENOENT, "it was moved or deleted while it was written")
         return written
 
-    def cut_off(self, size: int) -> None:
-        """Cut off what was written in part."""
+    def cut_off(self, size: int) -> int:
+        """Cut off what was written in part; return the bytes that are left."""
         with suppress(OSError):  # a reader copes with what is left
-            self.left = min(size, os.fstat(self._descriptor).st_size)
-            os.ftruncate(self._descriptor, self.left)
+            size = min(size, os.fstat(self._descriptor).st_size)
+            os.ftruncate(self._descriptor, size)
+        return size
 
     def secure(self) -> None:
         """Make sure that what was written survives a loss of power.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections import Counter, deque
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
@@ -57,7 +58,7 @@ class RecordingFile:
     @property
     def written(self) -> int:
         """The number of messages that are in it for certain."""
-        return self._writer.written(self._destination.left)
+        return self._writer.written
 
     @property
     def open_chunk(self) -> bool:
@@ -110,7 +111,7 @@ class RecordingFile:
 
     def cut_off(self) -> None:
         """Cut off what was written in part."""
-        self._destination.cut_off(self._writer.size)
+        self._writer.cut_off(self._destination.cut_off(self._writer.size))
 
     def secure(self) -> None:
         """Make sure that what was written survives a loss of power.
@@ -122,6 +123,7 @@ class RecordingFile:
 
     def close(self) -> None:
         """Write no more."""
+        self._writer.close()
         self._destination.close()
 
 
@@ -145,12 +147,14 @@ def file_maker(
     """
 
     def make(path: Path, *more: MetadataRecord) -> tuple[Destination, McapWriter]:
-        with new_recording(path) as destination:
-            writer = McapWriter(destination, library=library(), compression=compression)
+        with new_recording(path) as destination, ExitStack() as begun:
+            writer = McapWriter(destination, library=library(), compression=compression, folder=path.parent)
+            begun.callback(writer.close)
             for each in (*more, run):
                 writer.add_metadata(*each)
             for name, text in attachments:
                 writer.add_attachment(name, "application/yaml", text.encode(), time_ns=attached_ns)
+            begun.pop_all()
         return destination, writer
 
     return make
@@ -261,7 +265,7 @@ class SplitFile(RecordingFile):
         self._writer.finish()
         if self._durable:
             self._destination.secure()
-        self._destination.close()
+        self.close()
         latched = sorted((each for kept in self._latched.values() for each in kept), key=attrgetter("sequence"))
         counts = Counter(self._channels[each.channel_id][1] for each in latched)
         number = self._number + 1
