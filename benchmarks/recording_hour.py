@@ -2,7 +2,7 @@
 
     python benchmarks/recording_hour.py [MINUTES]
 
-An Imu and 31 joints are published at 200 Hz and recorded, with a chunk for each 0.4 s as in a run on the wall's time.
+An Imu and 31 joints are published at 200 Hz and recorded. Each 0.4 s has a chunk, as in a run on the wall's time.
 The memory of the process is printed each time a sixth of the hour is over. It does not grow by more than 10 MB.
 """
 

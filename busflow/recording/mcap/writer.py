@@ -54,7 +54,7 @@ LARGE = 32 * 1024
 """Parts of messages from this size on are neither copied nor joined with others."""
 
 _INDEX_BYTES = 1 << 20
-"""Up to this size the index of the chunks waits in memory: that of a short recording makes no file."""
+"""Up to this size the index of the chunks waits in memory: a short recording makes no file for it."""
 _BLOCK_BYTES = 1 << 16
 _OFFSETS_BYTES = 6 * (FRAME.size + 17)
 """The size of the summary's own table of contents."""
@@ -245,7 +245,7 @@ class McapWriter:
             self._index.close()
 
     def _end(self) -> Iterator[Part]:
-        """Yield the records from the end of the data on, those of the index in blocks as they lie on the disk."""
+        """Yield the records from the end of the data on; the index comes in blocks, as it lies on the disk."""
         end = _record(DataEnd(self._check))
         yield end
         start = at = self.size + len(end)
