@@ -11,7 +11,7 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from pathlib import Path
@@ -19,6 +19,8 @@ from pathlib import Path
 from busflow.text import printable
 
 _POLL_S = 0.005
+_STOPPING = 20
+"""Looks at a process that was stopped, until it stands still."""
 _named: set[int] = set()
 """Children for which a line was reported: a run ends its children, and the command then its own."""
 
@@ -81,13 +83,31 @@ def _end(began: AbstractSet[int], report: Callable[[str], object], patience_s: f
         elif pid not in _named:
             _named.add(pid)
             report(f"the process {pid} goes on after the run, in a session of its own: {_command(pid)}".rstrip(": "))
-    for pid in left:  # which grows meanwhile
-        left += [child for child in children_of(pid) if child not in left and not _has_left(child)]
-    _send(left, signal.SIGTERM)
+    left = _send_below(left, signal.SIGTERM)
     end_s = monotonic() + (timeouts.current.child_exit if patience_s is None else patience_s)
     while (left := [pid for pid in left if _is_running(pid)]) and monotonic() < end_s:
         threading.Event().wait(_POLL_S)
-    _send(left, getattr(signal, "SIGKILL", signal.SIGTERM))
+    _send_below(left, getattr(signal, "SIGKILL", signal.SIGTERM))
+
+
+def _send_below(pids: Iterable[int], number: int) -> list[int]:
+    """Send a signal to processes and all below them, and return these. One that stands still has no new child."""
+    import signal
+
+    found = list(pids)
+    if sys.platform == "win32":
+        _send(found, number)
+        return found
+    for pid in found:  # which grows meanwhile
+        _send([pid], signal.SIGSTOP)
+        for _ in range(_STOPPING):
+            if not _is_running(pid, but="T"):
+                break
+            threading.Event().wait(_POLL_S / 10)
+        found += [child for child in children_of(pid) if child not in found and not _has_left(child)]
+    _send(found, number)
+    _send(found, signal.SIGCONT)
+    return found
 
 
 def _helpers() -> set[int]:
@@ -104,10 +124,15 @@ def _has_left(pid: int) -> bool:
     return False
 
 
-def _is_running(pid: int) -> bool:
-    """Return whether a process runs: one that has ended is there until its parent asks for its exit code."""
+def _is_running(pid: int, *, but: str = "") -> bool:
+    """Return whether a process runs: one that has ended is there until its parent asks for its exit code.
+
+    Args:
+        pid: its number.
+        but: another state in which it does not run, e.g. `T` where it was stopped.
+    """
     try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(") ")[2][:1] not in {"Z", "X"}
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(") ")[2][:1] not in {"Z", "X", but}
     except OSError:
         return pid in children()
 
