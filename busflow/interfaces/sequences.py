@@ -113,7 +113,8 @@ class FieldTuple(tuple[T_co, ...]):
     def __ne__(self, other: object) -> bool:
         return _TUPLE.__ne__(self, _TUPLE(other) if isinstance(other, list) else other)
 
-    __hash__ = _TUPLE.__hash__
+    def __hash__(self) -> int:
+        return _TUPLE.__hash__(self)
 
     def __add__(self, other: Any) -> Any:
         return [*self, *cast("list[Any]", other)] if isinstance(other, list) else _TUPLE.__add__(self, other)
