@@ -87,7 +87,7 @@ def _contents(bag: Bag) -> dict[str, Any]:
             "report": ledger.report,
             "complete": ledger.complete,
         },
-        "part": next((str(each.cut) for each in bag.series if each.cut is not None), None),
+        "part": next(map(str, bag.cuts), None),
         "snapshot": next((each.reason for each in bag.series if each.reason), None),
         "processes": [_process(each) for each in bag.series if each.facts is not None and each.facts.process],
         "topics": topics,

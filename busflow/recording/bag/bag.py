@@ -19,7 +19,7 @@ from busflow.bus.names import absolute_name
 from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
-from busflow.recording.bag.facts import FACTS, PART, Facts, RunOutcome, part_of, summed
+from busflow.recording.bag.facts import FACTS, PART, Cut, Facts, RunOutcome, part_of, summed
 from busflow.recording.bag.mcap_file import McapFile
 from busflow.recording.bag.series import Damage, Numbered, Series, merged
 
@@ -150,6 +150,11 @@ class Bag:
     def survey(self) -> Survey:
         """Read all of it, once: counts, times and gaps as the messages themselves show them."""
         return Survey.of([each.survey() for each in self.series])
+
+    @property
+    def cuts(self) -> tuple[Cut, ...]:
+        """Its places in other recordings, each once, if it was converted from a part of one."""
+        return tuple(dict.fromkeys(each.cut for each in self.series if each.cut is not None))
 
     @property
     def incomplete(self) -> tuple[str, ...]:

@@ -215,7 +215,7 @@ def _refuse_picked(bag: Bag, nodes: Sequence[PlannedNode]) -> None:
     topics = {end.topic for each in nodes for end in (*each.publishers, *each.subscriptions)} - OF_THE_RUN
     topics |= {end.service + SUFFIX for each in nodes for end in (*each.servers, *each.clients)}
     topics |= {PARAMETER_EVENTS} | ({TICKS} if any(each.runtime.endpoints.timers for each in nodes) else set())
-    for cut in {each.cut for each in bag.series if each.cut is not None}:
+    for cut in bag.cuts:
         lacking = [each for each in cut.without if each in topics]
         if lacking:
             raise IncompleteRecording(
@@ -225,8 +225,8 @@ def _refuse_picked(bag: Bag, nodes: Sequence[PlannedNode]) -> None:
 
 
 def _part_notes(bag: Bag) -> Iterator[str]:
-    """Yield what the nodes lack in a part of a recording that begins later."""
-    for cut in {each.cut for each in bag.series if each.cut is not None and each.cut.from_ns is not None}:
+    """Yield a note for a part of a recording that begins later: the nodes lack, for example, their state."""
+    for cut in (each for each in bag.cuts if each.from_ns is not None):
         yield (
             f"{bag.path.name} is {cut}: the nodes begin without the state and parameters that they had there; "
             f"for the same results replay {cut.of}"

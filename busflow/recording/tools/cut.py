@@ -20,12 +20,11 @@ def cut_of(bag: Bag, channels: Collection[Channel], times: tuple[int | None, int
     start_ns, end_ns = times
     topics = {each.topic for each in channels}
     without = {each.topic for each in bag.channels if each.count and each.topic not in topics}
-    earlier = next((each.cut for each in bag.series if each.cut is not None), None)
     found = Cut(
         bag.path.name,
         None if start_ns is None or start_ns <= first_ns else start_ns - first_ns,
         None if end_ns is None or end_ns >= last_ns else end_ns - first_ns,
-        tuple(sorted(without.union(() if earlier is None else earlier.without))),
+        tuple(sorted(without.union(*(each.without for each in bag.cuts[:1])))),
     )
     return found if without or (found.from_ns, found.to_ns) != (None, None) else None
 
