@@ -106,8 +106,13 @@ class RecordingFile:
         lacking: str = "",
     ) -> None:
         """Write the account of the run, as `ledger` takes it, and the summary: nothing may follow."""
-        self._writer.add_metadata(*ledger(report, recorded, missed, later, lacking=lacking))
+        counts = self._of_this_file(recorded, missed)
+        self._writer.add_metadata(*ledger(report, *counts, later, lacking=lacking))
         self._writer.finish()
+
+    def _of_this_file(self, recorded: int, missed: int) -> tuple[int, int]:
+        """Return how many of the recorded and of the missed messages belong to this file."""
+        return recorded, missed
 
     def cut_off(self) -> None:
         """Cut off what was written in part."""
@@ -237,18 +242,8 @@ class SplitFile(RecordingFile):
         depth = message.publisher.qos.depth
         self._latched.setdefault(message.publisher, deque(maxlen=depth)).append(message)
 
-    def conclude(
-        self,
-        report: Mapping[str, Any],
-        recorded: int,
-        missed: int,
-        later: Mapping[str, Sequence[str]] = NONE_LATER,
-        *,
-        lacking: str = "",
-    ) -> None:
-        """Write the account of the run, with the counts of this part, and the summary."""
-        recorded, missed = recorded - self._recorded_before, missed - self._missed_before
-        super().conclude(report, recorded, missed, later, lacking=lacking)
+    def _of_this_file(self, recorded: int, missed: int) -> tuple[int, int]:
+        return recorded - self._recorded_before, missed - self._missed_before
 
     def _is_full(self, time_ns: int) -> bool:
         size, duration_s, first_ns = self._split.size, self._split.duration_s, self._first_ns or 0
