@@ -184,12 +184,11 @@ def _examine_messages(bag: Bag, found: Examination, on_message: Callable[[], Non
         on_message()
         repeated = not entry.sequence and bag.series[number].parts[0] is not None
         if bag.facts is not None and not repeated:
-            last = (
-                entry.sequence - 1 if bag.series[number].picked and entry.sequence > before[number] else before[number]
-            )
-            for message in _out_of_sequence(last, entry.sequence):
-                kind = FindingKind.INCOMPLETE if entry.sequence > before[number] else FindingKind.WRONG
-                found.add(kind, "sequence", _prefix(bag, number) + message)
+            is_later = entry.sequence > before[number]
+            if not (is_later and bag.series[number].picked):  # which lacks the numbers of other topics
+                for message in _out_of_sequence(before[number], entry.sequence):
+                    kind = FindingKind.INCOMPLETE if is_later else FindingKind.WRONG
+                    found.add(kind, "sequence", _prefix(bag, number) + message)
             before[number] = entry.sequence
         if channel in unreadable:
             continue
