@@ -256,30 +256,29 @@ async def test_what_waits_is_sent_before_the_end(ends):
     assert reader.numbers == [1, 2, 3, 4, 5]
 
 
-@on_a_loop
-async def test_what_a_stopped_reader_has_no_room_for_is_named_at_the_end(ends):
+def stopped_until_the_end(ends, **wanted):
+    """Send a hundred messages to a reader that takes none before the writer has ended; return the reader."""
     writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
-    reader.receive(writer, depth=2)
+    reader.receive(writer, depth=2, **wanted)
     writer.lines.read()
     for _ in range(100):
         writer.send(b"x")
     writer.lines.finish(0.01)
     writer.lines.close()
     reader.lines.read()
+    return reader
+
+
+@on_a_loop
+async def test_what_a_stopped_reader_has_no_room_for_is_named_at_the_end(ends):
+    reader = stopped_until_the_end(ends)
     assert reader.arrived[-2:] == [(Reason.OVERFLOW, 98), (Reason.END, 100)]
     assert reader.numbers == [*range(1, 33), 98, 100]
 
 
 @on_a_loop
 async def test_what_overflowed_behind_the_last_waiting_messages_is_none_of_the_end(ends):
-    writer, reader = ends("aaaaaaaa01"), ends("bbbbbbbb02")
-    reader.receive(writer, depth=2, overflow=Overflow.DROP_NEWEST)
-    writer.lines.read()
-    for _ in range(100):
-        writer.send(b"x")
-    writer.lines.finish(0.01)
-    writer.lines.close()
-    reader.lines.read()
+    reader = stopped_until_the_end(ends, overflow=Overflow.DROP_NEWEST)
     assert reader.arrived[-3:] == [(Reason.OVERFLOW, 32), (Reason.END, 34), (Reason.OVERFLOW, 100)]
 
 
