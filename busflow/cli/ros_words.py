@@ -18,14 +18,14 @@ _VERBS = {
     "multicast": "busflow doctor checks the running graphs and what they need on this machine",
     "pkg": "busflow plugins lists the plugins, busflow interface packages the packages of types; busflow new makes one",
 }
+_REINDEX = (
+    "a bag is read without its metadata.yaml; write busflow bag convert BAG NEW --to ros2bag "
+    "for one that has it, and busflow bag recover for a damaged file"
+)
 _VERBS_BELOW = {
     ("bag", "burst"): "write busflow bag play -p, and step with the key s",
     ("bag", "list"): "there is one format, MCAP; write busflow bag info FILE for what is in a recording",
-    (
-        "bag",
-        "reindex",
-    ): "a bag is read without its metadata.yaml; write busflow bag convert BAG NEW --to ros2bag "
-    "for one that has it, and busflow bag recover for a damaged file",
+    ("bag", "reindex"): _REINDEX,
     ("param", "delete"): "a parameter is part of its node's class; write busflow param set to give it another value",
 }
 _PARAMETER = (

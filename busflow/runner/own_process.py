@@ -52,7 +52,7 @@ def children_of(parent: int) -> Iterator[int]:
 
 
 def end_children(before: AbstractSet[int], report: Callable[[str], object], *, patience_s: float | None = None) -> None:
-    """End the children that were not there before, e.g. those of a node's pool.
+    """End the children that were not there before, e.g. the workers of a node's pool.
 
     Args:
         before: numbers of the children that go on.
@@ -67,7 +67,7 @@ def _end(began: AbstractSet[int], report: Callable[[str], object], patience_s: f
     """End children of this process and all below them; `report` gets a line for each that goes on, as it has left.
 
     Args:
-        began: the children, among which those of `multiprocessing` itself end by themselves.
+        began: the children; the helpers of `multiprocessing` among them are left, since they end by themselves.
         report: called before the others end.
         patience_s: time after SIGTERM until they are killed.
     """
@@ -111,7 +111,7 @@ def _send_below(pids: Iterable[int], number: int) -> list[int]:
 
 
 def _helpers() -> set[int]:
-    """Return what `multiprocessing` itself started; it ends with this process, and frees what the others had."""
+    """Return the processes that `multiprocessing` itself started: they end with it, and free others' memory."""
     tracker = getattr(sys.modules.get("multiprocessing.resource_tracker"), "_resource_tracker", None)
     server = getattr(sys.modules.get("multiprocessing.forkserver"), "_forkserver", None)
     return {getattr(tracker, "_pid", None) or 0, getattr(server, "_forkserver_pid", None) or 0}

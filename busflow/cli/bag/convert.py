@@ -27,8 +27,7 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @reads("in_")
 @click.argument("out", type=click.Path(path_type=Path))
-@click.option("--to", type=click.Choice(_FORMS),
-              help="The format of OUT; by default that of its suffix, .mcap or .jsonl.")  # fmt: skip
+@click.option("--to", type=click.Choice(_FORMS), help="The format of OUT; its suffix .mcap or .jsonl states it too.")
 @click.option("--topics", callback=listed, metavar="NAMES", help="Only these topics, separated by commas.")
 @within
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")

@@ -236,7 +236,7 @@ class _Decoder:
         return items
 
     def _texts(self, count: str, *, fixed: bool) -> str:
-        """Decode several texts: those of the message before while their bytes are the same, as the names of joints."""
+        """Decode several texts, e.g. names of joints; equal bytes as in the message before give the same tuple."""
         source, give, name = self._source, self._source.give, self._source.new("texts")
         self._unpack()
         size, known = Struct(f"{_ORDERS[self._order]}I").unpack_from, give([(0, b"", FieldTuple[str]())])

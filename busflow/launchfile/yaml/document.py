@@ -1,6 +1,7 @@
 """Reads YAML into a `Value`: from the event stream, within limits, with the place of every value.
 
-Only data is accepted: no aliases, anchors, second documents, or keys that are not scalars; of tags, those of a scalar.
+Only data is accepted: no aliases, anchors, second documents, or keys that are not scalars.
+A scalar may have a tag for its type, e.g. `!!str 0483`.
 Plain scalars follow YAML 1.2's core schema: `yes`, `on` and `12:30` are text, and `010` is ten.
 """
 

@@ -368,7 +368,7 @@ class Line:
 
 
 def is_own(opened: socket.socket, inode: int) -> bool:
-    """Return whether the descriptor is still that of this file, which a plugin may have closed."""
+    """Return whether the descriptor still belongs to this file; a plugin may have closed it."""
     try:
         return os.fstat(opened.fileno()).st_ino == inode
     except OSError:
